@@ -40,6 +40,12 @@ constexpr double kEven = 0.02, kFewScaleRuns = 10.0;
 constexpr double kSdOfMedian = 1.4826; // a Gaussian's sd by its median distance from 0
 constexpr double kFewRuns = 3.0;       // a variance over n runs is raised by 1 + this / n
 
+// What is new in a block counts up to so many standard deviations where that lowers their variance
+// to this part or less: that of Gaussian noise becomes .995 of what it was. The limit is in standard
+// deviations that it lowers itself, therefore so many rounds.
+constexpr double kLimit = 3.0, kHeavyTails = 0.97;
+constexpr int kLimitRounds = 4;
+
 // One channel in one run.
 struct Series {
   Eigen::VectorXd r, w; // residual; 1 / sigma(x) of what is new in it
@@ -358,6 +364,41 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
   c->effect_sd = std::sqrt(effects);
 }
 
+// The residuals as they count in flight (lib/src/search/search.c, limited()).
+Eigen::VectorXd counted(const Series &s, const ChannelNoise &c) {
+  Eigen::VectorXd r = s.r;
+  noise_level level{};
+  for (Eigen::Index i = 0; i < r.size(); ++i) {
+    if (!(s.known[i] > 0.0))
+      continue;
+    const bool is_after = s.next[i] > 0.0 || s.apart[i] > 0.0;
+    const double kept = is_after ? c.rho * r[i - 1] : 0.0;
+    const double part = !is_after          ? std::sqrt(1.0 - c.rho * c.rho)
+                        : s.apart[i] > 0.0 ? rimi_noise_gap_weight(c.rho)
+                                           : 1.0;
+    const double weight = s.w[i] * part / c.s;
+    r[i] = kept + rimi_noise_counted((r[i] - kept) * weight, kLimit, &level) / weight;
+  }
+  return r;
+}
+
+// Limits what counts of a fitted channel where healthy runs have heavy tails, and fits it again.
+void limit_channel(ChannelNoise *c, const std::vector<Series> &series) {
+  ChannelNoise limited = *c;
+  std::vector<Series> counts = series;
+  for (int round = 0; round < kLimitRounds; ++round) {
+    for (std::size_t k = 0; k < series.size(); ++k)
+      counts[k].r = counted(series[k], limited);
+    fit_channel(&limited, counts);
+    if (!limited.active)
+      return;
+  }
+  if (limited.s * limited.s > kHeavyTails * c->s * c->s)
+    return;
+  *c = limited;
+  c->limit = kLimit;
+}
+
 } // namespace
 
 Eigen::VectorXd expected(const SearchRun &run, Eigen::Index channel) {
@@ -489,6 +530,8 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
     if (column < 2 * outcomes)
       fit_scale(&c, column >= outcomes, &series);
     fit_channel(&c, series);
+    if (column < 2 * outcomes && c.active)
+      limit_channel(&c, series);
     c.phi.assign(NOISE_FAMILIES, 1.0);
   });
   return noise;
@@ -511,7 +554,7 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   bytes.f32(static_cast<float>(noise.activity));
   for (const ChannelNoise &c : noise.channels) {
     for (const double v :
-         {c.active ? 1.0 : 0.0, static_cast<double>(c.combination.rows()), c.rho, c.s, c.p_center,
+         {c.active ? std::max(1.0, c.limit) : 0.0, static_cast<double>(c.combination.rows()), c.rho, c.s, c.p_center,
           c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2], c.ln_sigma[3], c.ln_sigma[4]})
       bytes.f32(static_cast<float>(v));
     for (std::size_t k = 0; k < fields; ++k)

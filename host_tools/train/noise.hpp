@@ -13,6 +13,7 @@ namespace rim {
 struct ChannelNoise {
   bool active = true;
   double rho = 0.0, s = 1.0;
+  double limit = 0.0; // of what counts in a block (rimi_noise_counted()), in s; 0: none
   double p_center = 0.0, p_scale = 1.0;
   double ln_sigma[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
   Matrix combination; // fields x raw: per s, so that a field's effect is N(0, 1) in healthy runs

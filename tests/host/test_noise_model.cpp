@@ -32,6 +32,7 @@ void white_noise_is_white(void **) {
   assert_true(c.rho < 0.03);
   for (const double ln_sigma : c.ln_sigma)
     assert_true(std::fabs(ln_sigma) < 0.03);
+  assert_true(c.limit == 0.0);
   assert_true(c.effect_sd < 0.15 * 0.2); // the mean of a run alone varies by 1 / sqrt(240)
 }
 
@@ -44,6 +45,39 @@ void autocorrelation_is_found(void **) {
     print_message("rho %.2f: found %.3f, s %.4f\n", rho, c.rho, c.s);
     assert_true(std::fabs(c.rho - rho) < 0.04);
     assert_true(near(c.s, 0.2, 0.04));
+    assert_true(c.limit == 0.0);
+  }
+}
+
+// An actuator saturates now and then: two blocks are a dozen standard deviations off. They hardly
+// change the noise, and flight reads the limit.
+void a_few_blocks_far_off_are_limited(void **) {
+  for (const double rho : {0.0, 0.6}) {
+    MadeNoise made;
+    made.rho = rho;
+    made.s = 0.2;
+    std::vector<MadeRun> runs = made_noises(kSeed, kRuns, made);
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      const Eigen::Index first = 10 + static_cast<Eigen::Index>(r) % 50;
+      for (Eigen::Index b = first; b + 1 < made.blocks; b += 80) {
+        runs[r].residual(b, 0) += 12.0 * made.s;
+        runs[r].residual(b + 1, 0) += 8.0 * made.s;
+      }
+    }
+    const rim::NoiseModel noise = fit_made(made, runs);
+    const rim::ChannelNoise &c = noise.channels.front();
+    print_message("rho %.2f: found %.3f, s %.4f, limit %.1f\n", rho, c.rho, c.s, c.limit);
+    assert_true(c.limit >= NOISE_LEAST_LIMIT);
+    assert_true(near(c.s, made.s, 0.35)); // that of all that was measured is 1.9 times as large
+    assert_true(std::fabs(c.rho - rho) < 0.2);
+    const std::vector<std::uint8_t> bytes = rim::noise_section(noise);
+    rim_noise view;
+    assert_int_equal(rimi_noise_open(&view, bytes.data(), bytes.size(),
+                                     static_cast<std::uint32_t>(noise.channels.size()),
+                                     static_cast<std::uint32_t>(noise.means)),
+                     RIM_OK);
+    const noise_channel flown = rimi_noise_channel(&view, 0);
+    assert_true(static_cast<double>(flown.limit) == c.limit && flown.active > 0.5F);
   }
 }
 
@@ -300,6 +334,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(white_noise_is_white),
       cmocka_unit_test(autocorrelation_is_found),
+      cmocka_unit_test(a_few_blocks_far_off_are_limited),
       cmocka_unit_test(noise_with_gaps_is_found),
                               cmocka_unit_test(noise_of_two_speeds_is_as_large_as_its_sums),
       cmocka_unit_test(effects_of_a_run_are_found),

@@ -210,6 +210,59 @@ static void the_activity_is_how_quickly_predictions_move(void **state) {
               1e-9);
 }
 
+/* 1 has none, and so has what is not quite the least. */
+static void a_channel_may_have_a_limit(void **state) {
+  (void)state;
+  static const struct {
+    double word;
+    float limit;
+  } cases[] = {{0.0, 0.0f}, {1.0, 0.0f}, {1.9375, 0.0f}, {2.0, 2.0f}, {3.5, 3.5f}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+    bytes b = section();
+    rim_noise view;
+    put_f32(word_of(&b, 1, 0), cases[i].word);
+    assert_int_equal(rimi_noise_open(&view, b.byte, b.size, CHANNELS, MEANS), RIM_OK);
+    assert_true(rimi_noise_channel(&view, 1).limit == cases[i].limit);
+    assert_true(rimi_noise_channel(&view, 0).limit == 0.0f);
+  }
+}
+
+/* What is counted of a row of blocks, either way up. */
+static void counts(const double *fresh, const double *counted, size_t blocks) {
+  for (int side = -1; side <= 1; side += 2) {
+    noise_level of_late = {0, 0};
+    for (size_t i = 0; i < blocks; ++i) {
+      const double got = side * rimi_noise_counted(side * fresh[i], 3.0, &of_late);
+      if (fabs(got - counted[i]) > 0.03) /* the level is kept in steps */
+        fail_msg("block %zu: %.3f counts, not %.3f", i, got, counted[i]);
+    }
+  }
+}
+
+static void of_a_block_counts_what_is_below_the_limit(void **state) {
+  (void)state;
+  /* Levels: 0, .75, .56, .42 and so on; limits 3 and twice as much above, 3 below. */
+  counts((const double[]){50.0, 0.0, 0.0, -50.0, 2.9}, (const double[]){3.0, 0.0, 0.0, -3.0, 2.9}, 5);
+  counts((const double[]){50.0, 50.0, 50.0, 1.0}, (const double[]){3.0, 4.5, 6.375, 1.0}, 4);
+  /* The fourth in a row is no chance; what lasts counts, and so does its end. */
+  counts((const double[]){50.0, 50.0, 50.0, 50.0, 48.0, 52.0, 0.0, 0.0},
+         (const double[]){3.0, 4.5, 6.375, 50.0, 48.0, 52.0, 0.0, 0.0}, 8);
+  /* Nor may the sides change. */
+  counts((const double[]){50.0, 50.0, -50.0, -50.0, -50.0, 50.0},
+         (const double[]){3.0, 4.5, -3.0, -3.0, -3.72, 3.0}, 6);
+}
+
+static void no_level_is_too_large(void **state) {
+  (void)state;
+  noise_level of_late = {0, 0};
+  for (int i = 0; i < 40; ++i)
+    (void)rimi_noise_counted(1e300, 3.0, &of_late);
+  assert_int_equal(of_late.level, 32000);
+  for (int i = 0; i < 40; ++i)
+    (void)rimi_noise_counted(-1e300, 3.0, &of_late);
+  assert_int_equal(of_late.level, -32000);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(numbers_are_read_back),
@@ -219,6 +272,9 @@ int main(void) {
       cmocka_unit_test(fields_that_were_hit),
       cmocka_unit_test(what_is_just_allowed),
       cmocka_unit_test(the_weight_is_that_of_the_scale),
+      cmocka_unit_test(a_channel_may_have_a_limit),
+      cmocka_unit_test(of_a_block_counts_what_is_below_the_limit),
+      cmocka_unit_test(no_level_is_too_large),
       cmocka_unit_test(the_activity_is_how_quickly_predictions_move),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

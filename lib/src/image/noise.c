@@ -64,6 +64,7 @@ noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel) {
   const uint8_t *at = view->channel + 4u * (size_t)channel * view->stride;
   noise_channel c;
   c.active = rimi_le_f32(at, 0);
+  c.limit = c.active >= NOISE_LEAST_LIMIT ? c.active : 0.0f;
   const float fields = rimi_le_f32(at, 1);
   c.fields = fields >= 0.0f && fields <= (float)NOISE_MAX_FIELDS ? (uint32_t)fields : 0u;
   c.rho = rimi_le_f32(at, 2);
@@ -88,6 +89,19 @@ double rimi_noise_weight(const noise_channel *c, double p, double activity, doub
 
 double rimi_noise_gap_weight(double rho) {
   return rimi_sqrt((1.0 - rho * rho) / (1.0 + rho * rho));
+}
+
+double rimi_noise_counted(double fresh, double limit, noise_level *of_late) {
+  double level = (double)of_late->level * NOISE_LEVEL_STEP;
+  const double low = 2.0 * rimi_min(level, 0.0) - limit, high = 2.0 * rimi_max(level, 0.0) + limit;
+  const int side = fresh > high ? 1 : fresh < low ? -1 : 0;
+  const int beyond = side * of_late->beyond > 0 ? of_late->beyond + side : side;
+  const bool lasts = beyond > NOISE_PATIENCE || beyond < -NOISE_PATIENCE;
+  const double counted = lasts ? fresh : rimi_clamp(fresh, low, high);
+  level = lasts ? fresh : level + NOISE_LEVEL_GAIN * (counted - level);
+  of_late->level = (int16_t)rimi_floor(rimi_clamp(level / NOISE_LEVEL_STEP, -32000.0, 32000.0) + 0.5);
+  of_late->beyond = lasts ? 0 : (int16_t)beyond;
+  return counted;
 }
 
 double rimi_noise_moved(double predicted, double before, double sd) {

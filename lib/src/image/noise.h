@@ -14,7 +14,8 @@
  *     gaps is in the noise), channels C, raw R = 4 + M, fields K (largest of any channel)
  *   f32 run_s, decay_s, trend_s > 0; u32 runs that taught the effects' prior, 0: it is known
  *   f32 the healthy blocks' mean activity before it is taken off, see rimi_noise_activity()
- *   per channel f32: active (0, 1), fields k <= K, rho in [0, 1), s > 0, p_center, p_scale > 0,
+ *   per channel f32: active (0; 1; NOISE_LEAST_LIMIT or more: 1, and it is the limit of
+ *     rimi_noise_counted()), fields k <= K, rho in [0, 1), s > 0, p_center, p_scale > 0,
  *     ln sigma per p, per p^2 - 1, per activity a, per a^2 - 1,
  *     per disturbance, inverse prior [K] > 0,
  *     combination [K][R], phi[NOISE_FAMILIES] >= 1 */
@@ -43,6 +44,10 @@
 /* Activity of a block whose predecessor is not known: as in a manoeuvre. What is wrong at the start
  * of a run or after a gap is no news. */
 #define NOISE_APART 2.0
+#define NOISE_LEAST_LIMIT 2.0f /* of what is new in a block, standard deviations */
+#define NOISE_LEVEL_STEP (1.0 / 64.0)
+#define NOISE_LEVEL_GAIN 0.25 /* a new block's part in the level */
+#define NOISE_PATIENCE 3      /* blocks */
 #define NOISE_CALM 0.05 /* added to the mean square before its logarithm */
 
 typedef struct rim_noise {
@@ -59,10 +64,11 @@ rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes
 /* One channel's numbers, read from the section. */
 typedef struct noise_channel {
   uint32_t fields;
-  float active, rho, s, p_center, p_scale, ln_sigma[NOISE_SIGMA_TERMS];
+  float active, limit, rho, s, p_center, p_scale, ln_sigma[NOISE_SIGMA_TERMS];
   const uint8_t *inverse_prior, *combination, *phi;
 } noise_channel;
 
+/* limit: 0 where there is none. */
 noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel);
 
 /* exp(-ln sigma(x)): the weight of what is new in a block. p: the prediction, standardised.
@@ -73,6 +79,19 @@ double rimi_noise_weight(const noise_channel *c, double p, double activity, doub
  * noise did in the gap is in it, however long that was. What was before still is, as noise that
  * lasts (of a position, a level) has no level of its own to return to. */
 double rimi_noise_gap_weight(double rho);
+
+/* What is new in a channel's blocks of late. level: in NOISE_LEVEL_STEP; beyond: how many blocks in
+ * a row were beyond what counts, above (> 0) or below. Both are 0 at the start of a run. */
+typedef struct noise_level {
+  int16_t level, beyond;
+} noise_level;
+
+/* How much of what is new in a block counts, fresh, in standard deviations: at most the channel's
+ * limit beyond twice the level that it has had of late; all of it once more than NOISE_PATIENCE
+ * blocks in a row were beyond that on the same side. An actuator that saturates, in a healthy run
+ * too, is a dozen standard deviations wrong for a block or two; were all of it to count, the alarm
+ * would have to lie above it, and hide what is weaker and lasts. */
+double rimi_noise_counted(double fresh, double limit, noise_level *of_late);
 
 /* How quickly the nominal predictions move, beside the mean of healthy runs: ln(NOISE_STILL + root
  * mean square over the outcomes of their movement since the block before, in standard deviations

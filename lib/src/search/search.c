@@ -51,6 +51,8 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   bytes += round8((size_t)c->channels * c->features);
   at->scatter = (uint32_t)bytes;
   bytes += round8(c->outcomes);
+  at->level = (uint32_t)bytes;
+  bytes += round8(sizeof(noise_level) * fine);
   return bytes;
 }
 
@@ -100,6 +102,7 @@ void rimi_search_reset(rim_search *s) {
   memset(search_before(s), 0, sizeof(float) * s->config.outcomes);
   memset(search_feature_scores(s, 0), 0, (size_t)s->config.channels * s->config.features);
   memset(search_newest_scatter(s), 0, s->config.outcomes);
+  memset(search_levels(s), 0, sizeof(noise_level) * search_fine(s));
   memset(s->excludes, 0, sizeof s->excludes);
 }
 
@@ -128,18 +131,6 @@ static void store_residual(rim_search *s, uint32_t slot, uint32_t channel, doubl
         unknown ? SEARCH_COARSE_UNKNOWN : to_coarse(z);
 }
 
-static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
-  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
-  double z = b->residual[channel] / (double)c.s;
-  if (channel / s->config.outcomes == RIM_CHANNEL_SCATTER) {
-    int8_t *newest = search_newest_scatter(s) + channel % s->config.outcomes;
-    const double before = b->apart ? 0.0 : (double)*newest * SEARCH_COARSE_STEP;
-    *newest = to_coarse(z);
-    z = rimi_search_limited(z, before);
-  }
-  store_residual(s, slot, channel, z, b->unknown != NULL && b->unknown[channel]);
-}
-
 /* A block and the one before it, in whatever channel. */
 typedef struct block_pair {
   uint32_t slot, before;
@@ -157,25 +148,59 @@ static block_pair pair_at(const rim_search *s, uint32_t slot) {
   return pair;
 }
 
+/* The part of the residual before that is not new in a block; *w, the weight of a residual, becomes
+ * that of what is new. */
+static double past_of(const rim_search *s, const block_pair *n, uint32_t channel, double rho,
+                      double *w) {
+  if (n->first || !search_is_known(s, channel, n->before)) { /* with nothing before it */
+    *w *= rimi_sqrt(1.0 - rho * rho);
+    return 0.0;
+  }
+  *w *= n->apart ? rimi_noise_gap_weight(rho) : 1.0;
+  return rho;
+}
+
+/* What counts of residual z of a channel that has a limit. */
+static double limited(const rim_search *s, const block_pair *n, const noise_channel *c,
+                      uint32_t channel, double z) {
+  double w = rimi_search_scale(s, c, channel, n->slot), kept = 0.0;
+  const double past = past_of(s, n, channel, (double)c->rho, &w);
+  if (past > 0.0)
+    kept = past * search_residual(s, channel, n->before);
+  return kept + rimi_noise_counted((z - kept) * w, (double)c->limit, search_levels(s) + channel) / w;
+}
+
+static void store_channel(rim_search *s, const block_pair *n, const search_block *b,
+                          uint32_t channel) {
+  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
+  const bool unknown = b->unknown != NULL && b->unknown[channel];
+  double z = b->residual[channel] / (double)c.s;
+  if (channel / s->config.outcomes == RIM_CHANNEL_SCATTER) {
+    int8_t *newest = search_newest_scatter(s) + channel % s->config.outcomes;
+    const double before = b->apart ? 0.0 : (double)*newest * SEARCH_COARSE_STEP;
+    *newest = to_coarse(z);
+    z = rimi_search_limited(z, before);
+  } else if (channel < search_fine(s) && c.limit > 0.0f && !unknown) {
+    z = limited(s, n, &c, channel, z);
+  }
+  store_residual(s, n->slot, channel, z, unknown);
+}
+
 /* Adds sign times what a block is to G = B'WB and u = B'Wr of a channel. */
 static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t channel) {
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
   const uint32_t k = c.fields;
   const uint32_t raw_count = s->config.noise->raw;
-  const double rho = (double)c.rho;
   double white[NOISE_MAX_FIELDS];
   n->raw[1] = search_raw_prediction(s, n->slot, channel);
   double w = rimi_search_weight(s, &c, channel, n->slot);
   if (!(w > 0.0))
     return;
-  double e = search_residual(s, channel, n->slot), past = 0.0;
-  if (!n->first && search_is_known(s, channel, n->before)) {
-    past = rho;
-    w *= n->apart ? rimi_noise_gap_weight(rho) : 1.0;
+  const double past = past_of(s, n, channel, (double)c.rho, &w);
+  double e = search_residual(s, channel, n->slot);
+  if (past > 0.0) {
     n->raw_before[1] = search_raw_prediction(s, n->before, channel);
     e -= past * search_residual(s, channel, n->before);
-  } else { /* with nothing before it */
-    w *= rimi_sqrt(1.0 - rho * rho);
   }
   for (uint32_t j = 0; j < k; ++j) {
     const uint8_t *combination = c.combination + 4u * (size_t)j * raw_count;
@@ -226,10 +251,10 @@ rim_status rimi_search_observe(rim_search *s, const search_block *b) {
     search_predictions(s, slot)[i] =
         to_byte((b->predicted[i] - (double)n.p_center) / (double)n.p_scale);
   }
-  for (uint32_t i = 0; i < c->channels; ++i)
-    store_channel(s, slot, b, i);
   search_apart(s)[slot] = (uint8_t)(s->count == 0 ? SEARCH_FIRST : b->apart ? SEARCH_APART : 0);
   block_pair newest = pair_at(s, slot);
+  for (uint32_t i = 0; i < c->channels; ++i)
+    store_channel(s, &newest, b, i);
   for (uint32_t i = 0; i < c->channels; ++i)
     accumulate(s, &newest, 1.0, i);
   s->head = (uint16_t)(slot + 1u == c->ring ? 0u : slot + 1u);

@@ -80,7 +80,7 @@ typedef struct channel_state {
 
 /* Offsets of the arrays from the start of the instance. */
 typedef struct search_layout {
-  uint32_t time, feature, mean, predicted, z, coarse, activity, apart, state, gram, score, scatter;
+  uint32_t time, feature, mean, predicted, z, coarse, activity, apart, state, gram, score, scatter, level;
   uint32_t work; /* float per block: q, a0, a1, then the fields' */
 } search_layout;
 
@@ -168,6 +168,8 @@ static inline bool search_is_known(const rim_search *s, uint32_t channel, uint32
 static inline int8_t *search_newest_scatter(const rim_search *s) {
   return (int8_t *)search_at(s, s->at.scatter);
 }
+/* Per channel of search_fine(): of rimi_noise_counted(). */
+static inline noise_level *search_levels(const rim_search *s) { return search_at(s, s->at.level); }
 /* How the block in a slot follows on the one before: 0, it adjoins. */
 enum { SEARCH_APART = 1, SEARCH_FIRST = 2 };
 static inline uint8_t *search_apart(const rim_search *s) { return search_at(s, s->at.apart); }
@@ -259,8 +261,10 @@ static inline bool search_walk_next(search_walk *w) {
 /* statistic.c */
 /* The raw fields of a block but the prediction, which is the channel's: raw[1] = 0. */
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw);
-/* 1 / sigma(x) of a block: by its prediction, the activity and the disturbance; 0 where the
- * residual is not known. */
+/* 1 / sigma(x) of a block: by its prediction, the activity and the disturbance. */
+double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t channel,
+                         uint32_t slot);
+/* The same; 0 where the residual is not known. */
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot);
 /* -ln P(q or more) of k effects of a run, 1 <= k <= NOISE_MAX_FIELDS, whose sum of squares in their

@@ -25,8 +25,8 @@ void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
     raw[NOISE_RAW_FIRST + m] = (double)mean[m] * SEARCH_BYTE_STEP;
 }
 
-static double scale_of(const rim_search *s, const noise_channel *c, uint32_t channel,
-                       uint32_t slot) {
+double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t channel,
+                         uint32_t slot) {
   if (channel >= search_fine(s))
     return 1.0;
   return rimi_noise_weight(c, search_raw_prediction(s, slot, channel),
@@ -37,7 +37,7 @@ static double scale_of(const rim_search *s, const noise_channel *c, uint32_t cha
 
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot) {
-  return search_is_known(s, channel, slot) ? scale_of(s, c, channel, slot) : 0.0;
+  return search_is_known(s, channel, slot) ? rimi_search_scale(s, c, channel, slot) : 0.0;
 }
 
 double rimi_search_inflation(const noise_channel *c, const search_hypothesis *h) {
