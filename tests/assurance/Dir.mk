@@ -16,7 +16,7 @@ $(ASSURE)/healthy.rec: $(CROSS)/record $(CROSS)/landing/model.rim
 
 $(ASSURE)/fleet: tests/assurance/fleet.c tests/assurance/flight.h $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)
-	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $< -o $@ $(BUILD)/librim.a -lm
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) -pthread $< -o $@ $(BUILD)/librim.a -lm
 
 .PHONY: fleet
 FLEET_RECORDINGS := $(CROSS)/landing.rec $(CROSS)/landing_flight.rec $(CROSS)/golf_flight.rec
@@ -25,13 +25,15 @@ fleet: $(ASSURE)/fleet $(FLEET_RECORDINGS) ## a thousand monitors in one process
 	@for units in 12 6 3 1; do echo "landing, $$units units of search per row:"; $(ASSURE)/fleet $(CROSS)/landing.rec 20 8000 1 $$units || exit 1; done
 	@for units in 3 2; do for batch in 1 16; do echo "landing, --flight, $$units units:"; \
 	  $(ASSURE)/fleet $(CROSS)/landing_flight.rec 1000 8000 $$batch $$units || exit 1; done; done
+	@echo "landing, --flight, a pool of a thread for each core:"; \
+	  $(ASSURE)/fleet $(CROSS)/landing_flight.rec 1000 8000 16 0 $$(nproc)
 	@for batch in 1 16; do echo "golf in 100 dimensions, --flight:"; $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 $$batch || exit 1; done
 
 # The same program with the checks of memory taken out by the linker.
 WRAPPED := $(addprefix rimi_guard_,enter leave scrub before_block after_block all renew)
 $(ASSURE)/fleet_unguarded: tests/assurance/fleet.c tests/assurance/unguarded.c tests/assurance/flight.h $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)
-	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $(filter %.c,$^) -o $@ $(WRAPPED:%=-Wl$(comma)--wrap=%) $(BUILD)/librim.a -lm
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) -pthread $(filter %.c,$^) -o $@ $(WRAPPED:%=-Wl$(comma)--wrap=%) $(BUILD)/librim.a -lm
 
 .PHONY: checks-cost
 checks-cost: $(ASSURE)/fleet $(ASSURE)/fleet_unguarded $(BUDGETED:%=$(CROSS)/%.rec) $(CROSS)/landing.rec ## what the checks of memory take of a step, on this computer

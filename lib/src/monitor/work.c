@@ -133,7 +133,7 @@ static double trained_block(const rim_work_counts *n) {
                         o * o * (2.0 + n->means) * PRODUCT + prediction(n) + unknown +
                         (n->external ? 0.0 : correction(n));
   const double taken = 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT;
-  const double channel = 3u * EXPONENTIAL + 2u * taken + OUTCOME; /* and rimi_search_let_go() */
+  const double channel = 4u * EXPONENTIAL + 2u * taken + 2u * OUTCOME; /* let go, limited */
   return models + n->rates * (double)(ROLLED_PARTS * RATE) + n->terms * (double)TERM +
          n->channels * channel + n->region_features * (double)PLACE;
 }
