@@ -249,13 +249,15 @@ static void say_sign(rim_monitor *m, uint32_t outcome, double shift, uint32_t on
 }
 
 /* Whether the outcome reads high by a hypothesis (> 0) or low (< 0); 0: of a gain whose outcome has
- * no sign that it mostly has, and of run effects. */
+ * no sign that it mostly has (in its region, or in healthy runs), and of run effects. */
 static double sign_of(const rim_monitor *m, uint16_t channel, const search_hypothesis *h) {
   const noise_channel n = rimi_noise_channel(&m->models.noise, channel);
   if (h->family == SEARCH_FIELD)
     return 0.0;
   if (!rimi_cause_is_gain(h))
     return (double)h->shift;
+  if (h->family != SEARCH_GAIN)
+    return (double)h->shift * rimi_search_side(m->search, channel, h);
   return rimi_abs((double)n.p_center) >= (double)n.p_scale ? (double)h->shift * (double)n.p_center
                                                            : 0.0;
 }

@@ -93,6 +93,24 @@ double rimi_search_sd_of_onset(const rim_search *s, const search_hypothesis *h) 
   return sd;
 }
 
+double rimi_search_side(const rim_search *s, uint32_t channel, const search_hypothesis *h) {
+  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
+  double n = 0.0, sum = 0.0, squares = 0.0;
+  for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);) {
+    if (!w.inside)
+      continue;
+    const double p = (double)c.p_center + (double)c.p_scale *
+                                              search_raw_prediction(s, search_slot(s, w.i), channel);
+    n += 1.0;
+    sum += p;
+    squares += p * p;
+  }
+  if (!(2.0 * sum * sum > n * squares)) /* the mean's square is below the variance */
+    return 0.0;
+  return sum > 0.0 ? 1.0 : -1.0;
+}
+
 uint32_t rimi_search_first_shown(const rim_search *s, const search_hypothesis *h) {
   if (h->onset != SEARCH_FROM_START)
     return h->onset;
@@ -202,38 +220,50 @@ static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
   return h;
 }
 
-/* The best gain in a region: in that of the best shift, or, of a gain since an onset, where the
- * feature that explains most is inside an interval. */
-static search_hypothesis best_in_proportion(rim_search *s, uint32_t channel,
-                                            const search_hypothesis *place,
+/* The best interval of any feature since the onset, refined, of the shape that the work arrays have.
+ * The search looks at the feature alone that explains most over the whole run; of a fault that began
+ * late in it that is one by which time passes (a tank that empties). */
+static search_hypothesis best_since(rim_search *s, uint32_t onset) {
+  search_hypothesis best = {.family = SEARCH_INTERVAL_SINCE, .shape = s->shape, .onset = onset};
+  best.score = SEARCH_NONE;
+  const search_mask since = rimi_search_mask_of(s, &best, 0);
+  for (uint32_t f = 0; f < s->config.features && onset != SEARCH_FROM_START; ++f) {
+    if (rimi_search_is_own(s, f))
+      continue;
+    search_hypothesis h = best;
+    h.score = SEARCH_NONE;
+    rimi_search_scan_interval(s, &since, f, &h, 0);
+    if (h.score > best.score)
+      best = h;
+  }
+  refine(s, &best, REFINEMENTS);
+  return best;
+}
+
+/* The best gain in a region: in that of the best shift, or, of a gain since an onset, where any
+ * feature is inside an interval. */
+static search_hypothesis best_in_proportion(rim_search *s, const search_hypothesis *place,
                                             const search_hypothesis *gain) {
-  search_hypothesis best = *place, h = {.family = SEARCH_INTERVAL_SINCE};
-  uint8_t top[2] = {0};
-  const uint32_t tops = gain->score > SEARCH_NONE ? top_features(s, channel, top) : 0u;
+  search_hypothesis best = *place;
   rimi_search_take_shape(s, SEARCH_PROPORTIONAL);
-  best.shape = h.shape = SEARCH_PROPORTIONAL;
+  best.shape = SEARCH_PROPORTIONAL;
   if (best.family == SEARCH_DURING)
     best.score = SEARCH_NONE; /* its place is a time */
   refine(s, &best, 1);
-  for (uint32_t k = 0; k < tops; ++k) {
-    h.onset = gain->onset;
-    const search_mask since = rimi_search_mask_of(s, &h, 0);
-    rimi_search_scan_interval(s, &since, top[k], &h, 0);
-    if (h.score > SEARCH_NONE) {
-      const search_mask mask = rimi_search_mask_of(s, &h, -1);
-      rimi_search_scan_onset(s, &mask, &h, NULL);
-    }
-    if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))
-      best = h;
-  }
-  return best;
+  const search_hypothesis since =
+      best_since(s, gain->score > SEARCH_NONE ? gain->onset : SEARCH_FROM_START);
+  return rimi_search_worth(s, &since) > rimi_search_worth(s, &best) ? since : best;
 }
 
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
                          double *onset_sd) {
   rimi_search_ready(s, channel);
   search_hypothesis best = best_in_time(s);
-  const search_hypothesis h = best_in_part(s, channel);
+  search_hypothesis h = best_in_part(s, channel);
+  const search_hypothesis since = best_since(s, best.onset);
+  const double share = h.family == SEARCH_DURING ? PLACED : 1.0;
+  if (rimi_search_worth(s, &since) > share * rimi_search_worth(s, &h))
+    h = since;
   if (h.score > SEARCH_NONE) {
     rimi_search_note(s, channel, &h);
     if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))
@@ -241,7 +271,7 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
   }
   if (channel < search_fine(s) && (best.family == SEARCH_GAIN || best.family >= SEARCH_INTERVAL)) {
     const search_hypothesis gain = s->in_time[SEARCH_GAIN];
-    const search_hypothesis part = best_in_proportion(s, channel, &h, &gain);
+    const search_hypothesis part = best_in_proportion(s, &h, &gain);
     if (part.shape == SEARCH_PROPORTIONAL &&
         rimi_search_worth(s, &part) > rimi_search_worth(s, &best))
       best = part;
