@@ -205,15 +205,31 @@ static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesi
   }
 }
 
+/* A region's family without an onset; of what is no region, 0. */
+static uint8_t region_family(const search_hypothesis *h) {
+  return h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? SEARCH_INTERVAL
+         : h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE         ? SEARCH_BOX
+                                                                            : 0u;
+}
+
 /* The ring holds only so much: where all that it holds is inside, the onset is the one that was
  * seen when its blocks were there. */
 static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis *h) {
   const search_hypothesis *before = &m->explained;
-  const bool always = (h->family == SEARCH_INTERVAL_SINCE && before->family == SEARCH_INTERVAL) ||
-                      (h->family == SEARCH_BOX_SINCE && before->family == SEARCH_BOX);
-  if (!m->has_explained || m->explained_channel != channel || rimi_search_oldest(m->search) == 0 ||
-      rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL || h->onset == SEARCH_FROM_START ||
-      (!always && before->onset >= h->onset))
+  const uint32_t oldest = rimi_search_oldest(m->search);
+  if (!m->has_explained || m->explained_channel != channel || oldest == 0 ||
+      rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL)
+    return;
+  const bool is_same = region_family(h) != 0 && region_family(h) == region_family(before);
+  if (h->onset == SEARCH_FROM_START) {
+    if (is_same && before->onset < oldest) {
+      h->onset = before->onset;
+      h->family = before->family;
+    }
+    return;
+  }
+  const bool always = is_same && before->onset == SEARCH_FROM_START;
+  if (!always && before->onset >= h->onset)
     return;
   search_hypothesis whole = *h;
   whole.onset = SEARCH_FROM_START;
