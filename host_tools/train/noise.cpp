@@ -41,8 +41,8 @@ constexpr double kSdOfMedian = 1.4826; // a Gaussian's sd by its median distance
 constexpr double kFewRuns = 3.0;       // a variance over n runs is raised by 1 + this / n
 
 // What is new in a block counts up to so many standard deviations where that lowers their variance
-// to this part or less: that of Gaussian noise becomes .995 of what it was. The limit is in standard
-// deviations that it lowers itself, therefore so many rounds.
+// to this part or less: that of Gaussian noise becomes .995 of what it was. The limit is in
+// standard deviations that it lowers itself, therefore so many rounds.
 constexpr double kLimit = 3.0, kHeavyTails = 0.97;
 constexpr int kLimitRounds = 4;
 
@@ -554,8 +554,9 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   bytes.f32(static_cast<float>(noise.activity));
   for (const ChannelNoise &c : noise.channels) {
     for (const double v :
-         {c.active ? std::max(1.0, c.limit) : 0.0, static_cast<double>(c.combination.rows()), c.rho, c.s, c.p_center,
-          c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2], c.ln_sigma[3], c.ln_sigma[4]})
+         {c.active ? std::max(1.0, c.limit) : 0.0, static_cast<double>(c.combination.rows()),
+          c.rho, c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2],
+          c.ln_sigma[3], c.ln_sigma[4]})
       bytes.f32(static_cast<float>(v));
     for (std::size_t k = 0; k < fields; ++k)
       bytes.f32(1.0F);

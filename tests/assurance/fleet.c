@@ -185,8 +185,8 @@ int main(int argc, char **argv) {
   for (size_t k = 0; k < monitors; ++k)
     same += fleet[k].digest == fleet[0].digest;
   printf("%zu monitors, %u rows each, %zu at a time, %zu threads: %.0f rows a second of one core, "
-         "%.0f by the clock, %zu bytes a monitor, %.1f MB in all, first alarm at row %u, %zu digests "
-         "equal\n",
+         "%.0f by the clock, %zu bytes a monitor, %.1f MB in all, first alarm at row %u, "
+         "%zu digests equal\n",
          monitors, count, batch, threads, rows / took_s, per_s, bytes,
          1e-6 * (double)(each * monitors + f.image_bytes), fleet[0].alarm, same);
   free(memory);

@@ -346,11 +346,11 @@ static double halves(uint32_t channel, uint32_t i, uint8_t byte) {
 }
 
 /* The half that is high was found. */
-static void find_high(uint32_t channel) {
+static void find_high(uint32_t channel, uint8_t first, uint8_t last) {
   plant_nothing();
   search_hypothesis h = {.family = SEARCH_INTERVAL,
-                         .first = {HALF_BIN},
-                         .last = {SEARCH_BINS - 1},
+                         .first = {first},
+                         .last = {last},
                          .onset = SEARCH_FROM_START};
   assert_true(rimi_search_evaluate_channel(m->search, channel, &h) && h.shift > 0.0f);
   search_state(m->search, channel)->region = h;
@@ -389,7 +389,7 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
     m->explained_channel = of[i].explained;
     m->has_explained = of[i].has;
     m->said_low[0] = UINT32_C(1) << (of[i].explained % O);
-    find_high(B0);
+    find_high(B0, HALF_BIN, SEARCH_BINS - 1);
     assert_int_equal(named(B0, &a), B0);
     assert_int_equal(a.shift[0] < 0.0, of[i].keeps);
     assert_int_equal(m->explained.shift < 0.0f, of[i].keeps);
@@ -424,7 +424,7 @@ static void what_explained_another_channel_does_not_count(void **state) {
     explained_low(B0, 1);
     m->explained_channel = of[i].channel;
     m->has_explained = of[i].has;
-    plant_nothing();
+    find_high(B0, 8, 15);
     assert_int_equal(named(B0, &a), B0);
     assert_int_equal(m->explained.family, SEARCH_INTERVAL);
     assert_int_equal(m->explained.feature[0], of[i].feature);
@@ -452,7 +452,7 @@ static void what_was_said_well_is_turned_less_easily(void **state) {
     stand(0);
     m->said_high[0] = 1;
     m->said_well[0] = of[i].well;
-    find_high(B0);
+    find_high(B0, HALF_BIN, SEARCH_BINS - 1);
     assert_int_equal(named(B0, &a), B0);
     assert_int_equal(m->explained.shift < 0.0f, of[i].turned);
   }
@@ -486,7 +486,7 @@ static void what_is_said_well_is_known_by_its_time(void **state) {
     feed(is_region ? high_above : high_since, 0.05);
     plant_nothing();
     if (is_region)
-      find_high(B0);
+      find_high(B0, HALF_BIN, SEARCH_BINS - 1);
     else
       plant(B0, SEARCH_SINCE, 3.0 * alarm_at, as_shift(B0, 3.0), of[i].from);
     assert_int_equal(named(B0, &a), B0);

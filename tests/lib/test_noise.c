@@ -242,7 +242,8 @@ static void counts(const double *fresh, const double *counted, size_t blocks) {
 static void of_a_block_counts_what_is_below_the_limit(void **state) {
   (void)state;
   /* Levels: 0, .75, .56, .42 and so on; limits 3 and twice as much above, 3 below. */
-  counts((const double[]){50.0, 0.0, 0.0, -50.0, 2.9}, (const double[]){3.0, 0.0, 0.0, -3.0, 2.9}, 5);
+  counts((const double[]){50.0, 0.0, 0.0, -50.0, 2.9}, (const double[]){3.0, 0.0, 0.0, -3.0, 2.9},
+         5);
   counts((const double[]){50.0, 50.0, 50.0, 1.0}, (const double[]){3.0, 4.5, 6.375, 1.0}, 4);
   /* The fourth in a row is no chance; what lasts counts, and so does its end. */
   counts((const double[]){50.0, 50.0, 50.0, 50.0, 48.0, 52.0, 0.0, 0.0},

@@ -23,6 +23,7 @@ static void memory_is_checked_and_not_left(void **state) {
                           blocks,
                           CHANNELS * FEATURES,
                           OUTCOMES,
+                          sizeof(noise_level) * fine,
                           sizeof(rim_search),
                           CHANNELS * sizeof(channel_state)};
   size_t sum = 0;

@@ -99,7 +99,8 @@ double rimi_noise_counted(double fresh, double limit, noise_level *of_late) {
   const bool lasts = beyond > NOISE_PATIENCE || beyond < -NOISE_PATIENCE;
   const double counted = lasts ? fresh : rimi_clamp(fresh, low, high);
   level = lasts ? fresh : level + NOISE_LEVEL_GAIN * (counted - level);
-  of_late->level = (int16_t)rimi_floor(rimi_clamp(level / NOISE_LEVEL_STEP, -32000.0, 32000.0) + 0.5);
+  level = rimi_clamp(level / NOISE_LEVEL_STEP, -32000.0, 32000.0);
+  of_late->level = (int16_t)rimi_floor(level + 0.5);
   of_late->beyond = lasts ? 0 : (int16_t)beyond;
   return counted;
 }

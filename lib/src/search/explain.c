@@ -100,8 +100,8 @@ double rimi_search_side(const rim_search *s, uint32_t channel, const search_hypo
   for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);) {
     if (!w.inside)
       continue;
-    const double p = (double)c.p_center + (double)c.p_scale *
-                                              search_raw_prediction(s, search_slot(s, w.i), channel);
+    const double raw = search_raw_prediction(s, search_slot(s, w.i), channel);
+    const double p = (double)c.p_center + (double)c.p_scale * raw;
     n += 1.0;
     sum += p;
     squares += p * p;
@@ -220,51 +220,25 @@ static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
   return h;
 }
 
-/* The best interval of any feature since an onset, or throughout, of the shape that the work arrays
- * have. */
-static search_hypothesis best_interval_of_any(rim_search *s, uint32_t onset) {
-  search_hypothesis best = {.family = SEARCH_INTERVAL, .shape = s->shape, .onset = onset};
-  if (onset != SEARCH_FROM_START)
-    best.family = SEARCH_INTERVAL_SINCE;
+/* The best interval of any feature since an onset, of the shape that the work arrays have, refined.
+ * The search looks at the feature alone that explains most over the whole run; of a fault that
+ * began late in it that is one by which time passes (a tank that empties). */
+static search_hypothesis best_since(rim_search *s, uint32_t onset) {
+  search_hypothesis best = {.family = SEARCH_INTERVAL_SINCE, .shape = s->shape, .onset = onset};
   best.score = SEARCH_NONE;
-  const search_mask mask = rimi_search_mask_of(s, &best, 0);
+  if (onset == SEARCH_FROM_START)
+    return best;
+  const search_mask since = rimi_search_mask_of(s, &best, 0);
   for (uint32_t f = 0; f < s->config.features; ++f) {
-    search_hypothesis h = best;
+    search_hypothesis h = {.family = SEARCH_INTERVAL_SINCE, .shape = s->shape, .onset = onset};
     h.score = SEARCH_NONE;
     if (rimi_search_is_own(s, f))
       continue;
-    rimi_search_scan_interval(s, &mask, f, &h, 0);
+    rimi_search_scan_interval(s, &since, f, &h, 0);
     if (h.score > best.score)
       best = h;
   }
-  return best;
-}
-
-static void take_worthier(const rim_search *s, const search_hypothesis *h,
-                          search_hypothesis *best) {
-  if (rimi_search_worth(s, h) > rimi_search_worth(s, best))
-    *best = *h;
-}
-
-/* The best interval of any feature: throughout; since an onset inside those edges; and with edges
- * since the onset of what is everywhere. The search looks at the feature alone that explains most
- * over the whole run; of a fault that began late in it that is one by which time passes (a tank that
- * empties). */
-static search_hypothesis best_interval(rim_search *s, uint32_t onset) {
-  search_hypothesis best = best_interval_of_any(s, SEARCH_FROM_START);
-  if (best.score > SEARCH_NONE) {
-    search_hypothesis since = best;
-    const search_mask inside = rimi_search_mask_of(s, &best, -1);
-    since.family = SEARCH_INTERVAL_SINCE;
-    rimi_search_scan_onset(s, &inside, &since, NULL);
-    refine(s, &since, REFINEMENTS);
-    take_worthier(s, &since, &best);
-  }
-  if (onset != SEARCH_FROM_START) {
-    search_hypothesis since = best_interval_of_any(s, onset);
-    refine(s, &since, REFINEMENTS);
-    take_worthier(s, &since, &best);
-  }
+  refine(s, &best, REFINEMENTS);
   return best;
 }
 
@@ -278,10 +252,9 @@ static search_hypothesis best_in_proportion(rim_search *s, const search_hypothes
   if (best.family == SEARCH_DURING)
     best.score = SEARCH_NONE; /* its place is a time */
   refine(s, &best, 1);
-  const search_hypothesis other =
-      best_interval(s, gain->score > SEARCH_NONE ? gain->onset : SEARCH_FROM_START);
-  take_worthier(s, &other, &best);
-  return best;
+  const search_hypothesis since =
+      best_since(s, gain->score > SEARCH_NONE ? gain->onset : SEARCH_FROM_START);
+  return rimi_search_worth(s, &since) > rimi_search_worth(s, &best) ? since : best;
 }
 
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
@@ -289,10 +262,10 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
   rimi_search_ready(s, channel);
   search_hypothesis best = best_in_time(s);
   search_hypothesis h = best_in_part(s, channel);
-  const search_hypothesis interval = best_interval(s, best.onset);
+  const search_hypothesis since = best_since(s, best.onset);
   const double share = h.family == SEARCH_DURING ? PLACED : 1.0;
-  if (rimi_search_worth(s, &interval) > share * rimi_search_worth(s, &h))
-    h = interval;
+  if (rimi_search_worth(s, &since) > share * rimi_search_worth(s, &h))
+    h = since;
   if (h.score > SEARCH_NONE) {
     rimi_search_note(s, channel, &h);
     if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))

@@ -167,7 +167,8 @@ static double limited(const rim_search *s, const block_pair *n, const noise_chan
   const double past = past_of(s, n, channel, (double)c->rho, &w);
   if (past > 0.0)
     kept = past * search_residual(s, channel, n->before);
-  return kept + rimi_noise_counted((z - kept) * w, (double)c->limit, search_levels(s) + channel) / w;
+  const double fresh = (z - kept) * w;
+  return kept + rimi_noise_counted(fresh, (double)c->limit, search_levels(s) + channel) / w;
 }
 
 static void store_channel(rim_search *s, const block_pair *n, const search_block *b,

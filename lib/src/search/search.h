@@ -163,8 +163,8 @@ bool rimi_search_against_nominal(rim_search *search, uint32_t channel, search_hy
  * it has none. Cost: one pass over the ring. */
 double rimi_search_sd_of_onset(const rim_search *search, const search_hypothesis *h);
 
-/* The sign that a channel's prediction mostly has in the blocks inside h: 1, -1, or 0 where its mean
- * there is smaller than its standard deviation. O(ring). */
+/* The sign that a channel's prediction mostly has in the blocks inside h: 1, -1, or 0 where its
+ * mean there is smaller than its standard deviation. O(ring). */
 double rimi_search_side(const rim_search *search, uint32_t channel, const search_hypothesis *h);
 
 double rimi_search_description(search_family family); /* nats */

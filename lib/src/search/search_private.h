@@ -80,7 +80,8 @@ typedef struct channel_state {
 
 /* Offsets of the arrays from the start of the instance. */
 typedef struct search_layout {
-  uint32_t time, feature, mean, predicted, z, coarse, activity, apart, state, gram, score, scatter, level;
+  uint32_t time, feature, mean, predicted, z, coarse, activity, apart, state, gram, score, scatter,
+      level;
   uint32_t work; /* float per block: q, a0, a1, then the fields' */
 } search_layout;
 
