@@ -63,7 +63,6 @@ struct rim_monitor {
   bool is_trained;       /* the image has section NOISE */
   const uint8_t *range;  /* f32 low[features], high[features] */
   const uint8_t *region; /* u16[region features][2] */
-  const uint8_t *cuts;
   const uint8_t *scales; /* f32[outcomes], or NULL */
   blocks *rows;
   rim_search *search;        /* trained, else NULL */

@@ -317,7 +317,6 @@ static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   m->is_trained = p->is_trained;
   m->range = p->range;
   m->region = p->region;
-  m->cuts = p->search.cuts;
   m->scales = p->scales;
   p->search.noise = &m->models.noise; /* the plan's own is on the stack */
   double *numbers = (double *)(void *)(base + l->numbers);
