@@ -147,10 +147,9 @@ static double trained_judge(const rim_work_counts *n) {
   /* Of the channel, and of its agreement; three intervals each: rimi_search_place(). */
   const double explain = 2u * ready_work(n) + 5u * renew_work(n) + 2u * 3u * binned(n) +
                          8u * pass(n, JUDGED + EXPONENTIAL) + 2u * date_work(n);
-  /* Of both, a shift and a gain: every feature since an onset, and four rounds of edges and onset
-   * of the best; and on which side of 0 the outcome is inside. */
-  const double since =
-      4u * (n->region_features * binned(n) + 4u * renew_work(n)) + 4u * pass(n, GATHER);
+  /* Of both, a shift and a gain: three features since an onset, and a round of edges and onset of
+   * the best; and on which side of 0 the outcome is inside. */
+  const double since = 4u * (3u * binned(n) + renew_work(n)) + 4u * pass(n, GATHER);
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
   const double twins = n->integrands > 0 ? 2.0 * CAUSE_SUMS + 1.0 : 0.0;
   return explain + since +

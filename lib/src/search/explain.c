@@ -11,6 +11,7 @@
 #define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
 #define GRAZED 1.0      /* nats that blocks inside take away, before they are healthy ones */
 #define REFINEMENTS 4u  /* rounds of edges and onset */
+#define TOPS 3u         /* features that are looked at since an onset */
 
 double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
   static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0};
@@ -122,27 +123,28 @@ uint32_t rimi_search_first_shown(const rim_search *s, const search_hypothesis *h
   return rimi_search_first_inside(s, gain > GRAZED ? &later : h);
 }
 
-/* The two features whose intervals explain most by themselves; how many explain anything. */
-static uint32_t top_features(const rim_search *s, uint32_t channel, uint8_t top[2]) {
+/* The features whose intervals explain most by themselves, TOPS at most, best first; how many
+ * explain anything. */
+static uint32_t top_features(const rim_search *s, uint32_t channel, uint8_t top[TOPS]) {
   const uint8_t *scores = search_feature_scores(s, channel);
   uint32_t found = 0;
-  for (uint32_t k = 0; k < 2u; ++k) {
-    uint32_t best = s->config.features;
-    for (uint32_t f = 0; f < s->config.features; ++f) {
-      if (scores[f] > 0 && !(k == 1 && f == top[0]) &&
-          (best == s->config.features || scores[f] > scores[best]))
-        best = f;
-    }
-    if (best == s->config.features)
-      return found;
-    top[found++] = (uint8_t)best;
+  for (uint32_t f = 0; f < s->config.features; ++f) {
+    uint32_t at = found;
+    while (at > 0 && scores[f] > scores[top[at - 1u]])
+      --at;
+    if (scores[f] == 0 || at == TOPS)
+      continue;
+    found += found < TOPS ? 1u : 0u;
+    for (uint32_t k = found - 1u; k > at; --k)
+      top[k] = top[k - 1u];
+    top[at] = (uint8_t)f;
   }
   return found;
 }
 
 /* The best interval of the feature that explains most by itself, or its box with the next best. */
 static search_hypothesis region_instead(rim_search *s, uint32_t channel) {
-  uint8_t top[2] = {0};
+  uint8_t top[TOPS] = {0};
   const uint32_t tops = top_features(s, channel, top);
   search_hypothesis best = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
   best.score = SEARCH_NONE;
@@ -220,29 +222,26 @@ static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
   return h;
 }
 
-/* The best interval of any feature since an onset, of the shape that the work arrays have, refined.
- * The search looks at the feature alone that explains most over the whole run; of a fault that
- * began late in it that is one by which time passes (a tank that empties). */
+/* The best interval since an onset of the features that explain most over the whole run, of the
+ * shape that the work arrays have, refined. The search looks at the first of these alone; of a
+ * fault that began late in the run that is often one by which time passes (a tank that empties). */
 static search_hypothesis best_since(rim_search *s, uint32_t onset) {
   search_hypothesis best = {.family = SEARCH_INTERVAL_SINCE, .shape = s->shape, .onset = onset};
-  best.score = SEARCH_NONE;
-  if (onset == SEARCH_FROM_START)
-    return best;
+  uint8_t top[TOPS] = {0};
+  const uint32_t tops = onset == SEARCH_FROM_START ? 0u : top_features(s, s->channel, top);
   const search_mask since = rimi_search_mask_of(s, &best, 0);
-  for (uint32_t f = 0; f < s->config.features; ++f) {
+  best.score = SEARCH_NONE;
+  for (uint32_t k = 0; k < tops; ++k) {
     search_hypothesis h = {.family = SEARCH_INTERVAL_SINCE, .shape = s->shape, .onset = onset};
-    h.score = SEARCH_NONE;
-    if (rimi_search_is_own(s, f))
-      continue;
-    rimi_search_scan_interval(s, &since, f, &h, 0);
+    rimi_search_scan_interval(s, &since, top[k], &h, 0);
     if (h.score > best.score)
       best = h;
   }
-  refine(s, &best, REFINEMENTS);
+  refine(s, &best, 1);
   return best;
 }
 
-/* The best gain in a region: in that of the best shift, or, of a gain since an onset, where any
+/* The best gain in a region: in that of the best shift, or, of a gain since an onset, where a
  * feature is inside an interval. */
 static search_hypothesis best_in_proportion(rim_search *s, const search_hypothesis *place,
                                             const search_hypothesis *gain) {

@@ -412,7 +412,8 @@ static void renew_region(rim_search *s) {
   rimi_search_note(s, s->channel, &h);
 }
 
-bool rimi_search_is_own(const rim_search *s, uint32_t feature) {
+/* Whether the feature is the measured reading of the channel's own outcome. */
+static bool is_own(const rim_search *s, uint32_t feature) {
   const search_config *c = &s->config;
   return c->region != NULL && c->outcome_feature != NULL &&
          rimi_le_u16(c->region, 2u * (size_t)feature + 1u) == SEARCH_AS_MEASURED &&
@@ -425,7 +426,7 @@ static void scan_feature(rim_search *s, uint32_t feature) {
   scores[feature] = 0;
   if (feature == 0)
     s->top_feature = 0;
-  if (rimi_search_is_own(s, feature))
+  if (is_own(s, feature))
     return;
   search_mask mask;
   memset(&mask, 0, sizeof mask);
@@ -436,7 +437,7 @@ static void scan_feature(rim_search *s, uint32_t feature) {
   const double order =
       h.score > SEARCH_NONE ? FEATURE_SCORE * rimi_log(1.0 + (double)h.ln_ratio) : 0.0;
   scores[feature] = (uint8_t)rimi_min(order, 255.0);
-  if (scores[feature] > scores[s->top_feature] || rimi_search_is_own(s, s->top_feature))
+  if (scores[feature] > scores[s->top_feature] || is_own(s, s->top_feature))
     s->top_feature = (uint8_t)feature;
   rimi_search_note(s, s->channel, &h);
 }
@@ -445,7 +446,7 @@ static void scan_feature(rim_search *s, uint32_t feature) {
 static void scan_interval_since(rim_search *s) {
   const channel_state *state = search_state(s, s->channel);
   search_hypothesis h;
-  if (rimi_search_is_own(s, s->top_feature))
+  if (is_own(s, s->top_feature))
     return;
   forget(&h);
   h.family = SEARCH_INTERVAL_SINCE;
@@ -479,7 +480,7 @@ static void scan_pair(rim_search *s) {
   if ((s->next_pair & 1u) != 0) /* every other pair without regard to what single features say */
     x = (s->next_pair / n) % n;
   ++s->next_pair;
-  if (x == y || rimi_search_is_own(s, x) || rimi_search_is_own(s, y))
+  if (x == y || is_own(s, x) || is_own(s, y))
     return;
   search_hypothesis h;
   rimi_search_scan_box(s, x < y ? x : y, x < y ? y : x, &h);

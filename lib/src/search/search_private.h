@@ -337,8 +337,6 @@ void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t 
 void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
 /* d, A and m'WB of a hypothesis' shape. */
 void rimi_search_sum(rim_search *s, const search_hypothesis *h, search_sums *sums);
-/* Whether the feature is the measured reading of the outcome of the channel in turn. */
-bool rimi_search_is_own(const rim_search *s, uint32_t feature);
 /* Judges the hypothesis as it stands, exactly. */
 void rimi_search_evaluate(rim_search *s, search_hypothesis *h);
 void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
