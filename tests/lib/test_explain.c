@@ -100,6 +100,58 @@ static void a_gain_in_a_region_has_an_onset(void **state) {
   }
 }
 
+/* Feature 0 falls all through the run, as a tank that empties. What began late is found where it
+ * is, of feature 1 or of 2, although time explains it nearly as well over the whole run. */
+static void a_place_is_told_from_the_time_that_passes(void **state) {
+  (void)state;
+  static bench b;
+  unsigned right = 0;
+  for (uint32_t seed = 0; seed < 4 * SEEDS; ++seed) {
+    world w = quiet(seed, true);
+    const uint32_t place = 1 + seed % 2;
+    for (uint32_t i = 0; i < BLOCKS; ++i) {
+      w.feature[i][0] = (uint8_t)(255 - i * 255 / BLOCKS);
+      if (i >= 2 * ONSET && w.feature[i][place] >= 96)
+        w.r[i] += 3.0 * w.s;
+    }
+    search_hypothesis h;
+    explain(&b, &w, TURN, &h);
+    assert_true(h.shift > 0.0f);
+    right += h.family == SEARCH_INTERVAL_SINCE && h.feature[0] == place;
+  }
+  printf("the place is right in %u of %d\n", right, 4 * SEEDS);
+  assert_true(4 * right >= 3 * 4 * SEEDS);
+}
+
+/* The sign of the prediction where a hypothesis holds: it has none where both signs occur. */
+static void a_region_is_on_one_side(void **state) {
+  (void)state;
+  static bench b;
+  world w = quiet(1, false);
+  w.p_center = 0.0;
+  for (uint32_t i = 0; i < BLOCKS; ++i) {
+    w.feature[i][0] = (uint8_t)(i * 37u);
+    w.p[i] = w.feature[i][0] < EDGE ? -2.0 : 1.0; /* kept in whole steps */
+  }
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, 0);
+  search_hypothesis h = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
+  const struct {
+    uint8_t first, last;
+    double side;
+  } of[] = {{EDGE_BIN, SEARCH_BINS - 1, 1.0}, {0, EDGE_BIN - 1, -1.0}, {EDGE_BIN - 4, 18, 0.0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    h.first[0] = of[i].first;
+    h.last[0] = of[i].last;
+    assert_true(rimi_search_side(b.search, 0, &h) == of[i].side);
+  }
+  h.first[0] = EDGE_BIN; /* of no block */
+  h.last[0] = SEARCH_BINS - 1;
+  h.family = SEARCH_INTERVAL_SINCE;
+  h.onset = BLOCKS;
+  assert_true(rimi_search_side(b.search, 0, &h) == 0.0);
+}
+
 /* High in one feature and low in another: neither alone explains it. */
 static void a_box_has_two_features(void **state) {
   (void)state;
@@ -438,6 +490,8 @@ int main(void) {
       cmocka_unit_test(a_gain_in_a_region_is_judged_by_least_squares),
       cmocka_unit_test(a_gain_is_found_where_it_is),
       cmocka_unit_test(a_gain_in_a_region_has_an_onset),
+      cmocka_unit_test(a_place_is_told_from_the_time_that_passes),
+      cmocka_unit_test(a_region_is_on_one_side),
       cmocka_unit_test(a_box_has_two_features),
       cmocka_unit_test(a_shift_in_a_region_stays_one),
       cmocka_unit_test(what_a_region_explains_is_not_called_a_time),
