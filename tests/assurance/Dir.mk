@@ -21,7 +21,7 @@ $(ASSURE)/fleet: tests/assurance/fleet.c tests/assurance/flight.h $(BUILD)/libri
 .PHONY: fleet
 FLEET_RECORDINGS := $(CROSS)/landing.rec $(CROSS)/landing_flight.rec $(CROSS)/golf_flight.rec
 # The first rows of a run are cheap, as the search has little to search yet: whole landings.
-fleet: $(ASSURE)/fleet $(FLEET_RECORDINGS) ## a thousand monitors in one process: rows a second of one core, and memory (some 6 minutes)
+fleet: $(ASSURE)/fleet $(FLEET_RECORDINGS) ## a thousand monitors in one process: rows a second of one core, and memory (some 8 minutes)
 	@for units in 12 6 3 1; do echo "landing, $$units units of search per row:"; $(ASSURE)/fleet $(CROSS)/landing.rec 20 8000 1 $$units || exit 1; done
 	@for units in 3 2; do for batch in 1 16; do echo "landing, --flight, $$units units:"; \
 	  $(ASSURE)/fleet $(CROSS)/landing_flight.rec 1000 8000 $$batch $$units || exit 1; done; done
