@@ -74,7 +74,7 @@ static void take_all(uint64_t *digest, rim_search *search) {
   if (!(h.score > -1e9f))
     return;
   take_real(digest, rimi_search_baseline(search, &h));
-  take_real(digest, rimi_search_worth(search, &h));
+  take_real(digest, rimi_search_worth(search, 0, &h));
   take_real(digest, rimi_search_sd_of_onset(search, &h));
   for (int known = 0; known < 2; ++known) {
     other = h;

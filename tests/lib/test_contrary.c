@@ -178,6 +178,32 @@ static void what_is_no_shift_has_no_contrary(void **state) {
   }
 }
 
+/* The same of gains: what reads a share low outside a region is no gain inside. */
+static void a_gain_of_the_rest_is_no_gain_here(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    world w = make_world(true, 0.0, 0.0);
+    for (uint32_t k = 0; k < FIELDS; ++k)
+      w.prior[k] *= 0.3;
+    draw(&w, BLOCKS, seed);
+    const double sign = seed % 2 == 0 ? 1.0 : -1.0;
+    for (uint32_t i = 0; i < BLOCKS; ++i)
+      w.r[i] -= sign * 0.1 * (w.feature[i][0] < EDGE ? predicted(&w, i) : 0.0);
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, TURN);
+    search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+    h.shape = SEARCH_PROPORTIONAL;
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && sign * (double)h.shift > 0.03);
+    double onset_sd = -1.0;
+    assert_true(rimi_search_against_nominal(b.search, 0, &h, false, &onset_sd));
+    assert_true(h.shape == SEARCH_PROPORTIONAL && h.family == SEARCH_INTERVAL && onset_sd == 0.0);
+    assert_true(fabs((double)h.shift + sign * 0.1) < 0.03);
+    assert_true(h.feature[0] == 0 && h.first[0] <= 1 && h.last[0] + 2 >= EDGE_BIN);
+    assert_false(rimi_search_against_nominal(b.search, 0, &h, false, &onset_sd));
+  }
+}
+
 /* A sign that was said is turned where the baseline is more improbable, by a twentieth of its
  * score, than it must be otherwise (2 nats). */
 static void what_was_said_first_needs_more(void **state) {
@@ -272,6 +298,7 @@ int main(void) {
       cmocka_unit_test(a_reset_forgets_what_was_best),
       cmocka_unit_test(one_feature_has_no_pairs),
       cmocka_unit_test(what_is_no_shift_has_no_contrary),
+      cmocka_unit_test(a_gain_of_the_rest_is_no_gain_here),
       cmocka_unit_test(the_likelier_of_two_baselines_is_said),
       cmocka_unit_test(what_was_said_first_needs_more),
       cmocka_unit_test(a_contrary_without_a_region),

@@ -12,7 +12,7 @@
 /* Of a standard error: the noise itself is known from some dozens of runs only, and without this
  * 95 % intervals are too narrow ("covered" of tests/vehicles/grade.py). */
 #define LEARNT 1.15
-#define SIGN_KEEPS 0.5   /* of a contrary explanation's score: the sign of before stays */
+#define SIGN_KEEPS 0.5   /* of a contrary explanation's worth: the sign of before stays */
 #define KNOWN_BLOCKS 16u /* from which on a run's own effects are known, roughly */
 #define LIKELY                                                                                     \
   1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
@@ -120,7 +120,7 @@ static double begin_s(const rim_monitor *m, uint32_t block) {
 }
 
 /* Returns the first block. */
-static uint32_t date(const rim_monitor *m, const search_hypothesis *h, double onset_sd,
+static uint32_t date(rim_monitor *m, const search_hypothesis *h, double onset_sd,
                      rim_alarm *alarm) {
   const uint32_t first = rimi_search_first_shown(m->search, h);
   alarm->since_s = begin_s(m, first);
@@ -292,24 +292,28 @@ static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h, do
   const bool has_sign = rimi_abs(now) > 0.0;
   const bool is_same =
       m->has_explained && m->explained_channel == channel && m->explained.family != SEARCH_FIELD;
-  double best = SIGN_KEEPS * (double)h->score;
+  const rim_search *search = m->search;
+  double best = SIGN_KEEPS * rimi_search_worth(search, channel, h);
   if (is_same && (has_sign || !rimi_cause_is_gain(&other)) &&
       rimi_search_evaluate_channel(m->search, channel, &other) &&
-      sign * sign_of(m, channel, &other) >= 0.0 && (double)other.score >= best) {
-    best = (double)other.score;
+      sign * sign_of(m, channel, &other) >= 0.0 &&
+      rimi_search_worth(search, channel, &other) >= best) {
+    best = rimi_search_worth(search, channel, &other);
     *h = other;
     *onset_sd = (double)m->explained_onset_sd;
   }
   if (!has_sign) /* a gain that has none does not contradict */
     return;
   if (rimi_search_beside(m->search, channel, &contrary, &other) &&
-      sign * (double)other.shift > 0.0 && (double)other.score >= best) {
-    best = (double)other.score;
+      sign * sign_of(m, channel, &other) > 0.0 &&
+      rimi_search_worth(search, channel, &other) >= best) {
+    best = rimi_search_worth(search, channel, &other);
     *h = other;
     *onset_sd = 0.0; /* it is from the start of the run */
   }
   if (rimi_search_passed(m->search, channel, is_same ? &m->explained : NULL, &other) &&
-      sign * (double)other.shift > 0.0 && (double)other.score >= best) {
+      sign * sign_of(m, channel, &other) > 0.0 &&
+      rimi_search_worth(search, channel, &other) >= best) {
     *h = other;
     *onset_sd = rimi_search_sd_of_onset(m->search, h);
   }

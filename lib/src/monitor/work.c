@@ -144,15 +144,21 @@ static double date_work(const rim_work_counts *n) {
   return pass(n, summed + 4u * judged) + 3u * (pass(n, summed) + judged);
 }
 static double trained_judge(const rim_work_counts *n) {
-  /* Of the channel, and of its agreement; three intervals each: rimi_search_place(). */
-  const double explain = 2u * ready_work(n) + 5u * renew_work(n) + 2u * 3u * binned(n) +
+  /* Of the channel, and of its agreement; rimi_search_place(). */
+  const double place = 4u * binned(n);
+  const double explain = 2u * ready_work(n) + 5u * renew_work(n) + 2u * place +
                          8u * pass(n, JUDGED + EXPONENTIAL) + 2u * date_work(n);
-  /* Of both, a shift and a gain: three features since an onset, and a round of edges and onset of
+  /* Of both, a shift and a gain: four features since an onset, and a round of edges and onset of
    * the best; and on which side of 0 the outcome is inside. */
-  const double since = 4u * (3u * binned(n) + renew_work(n)) + 4u * pass(n, GATHER);
+  const double since = 4u * (4u * binned(n) + renew_work(n)) + 4u * pass(n, GATHER);
+  /* Which of two signs is meant: what lies beside, three times; what came and went, twice; the
+   * baselines of five. */
+  const double beside = ready_work(n) + 4u * pass(n, JUDGED) + 2u * binned(n);
+  const double passed = ready_work(n) + binned(n) + 3u * pass(n, JUDGED) + place;
+  const double contrary = 3u * beside + 2u * passed + 5u * pass(n, JUDGED);
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
   const double twins = n->integrands > 0 ? 2.0 * CAUSE_SUMS + 1.0 : 0.0;
-  return explain + since +
+  return explain + since + contrary +
          (2.0 * causes + CAUSE_TOGETHER + 1.0 + twins) * (ready_work(n) + pass(n, 0.0)) +
          (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;
 }

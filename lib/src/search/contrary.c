@@ -12,7 +12,8 @@
 #define SAID_FIRST 0.05 /* of its score: the nats more that it takes to turn a sign that was said */
 #define MUCH_LIKELIER 0.3 /* share of these nats that the contrary's baseline may have */
 #define AS_GOOD 0.5       /* of the score: what the contrary explains at least */
-#define CLEARLY 4.0       /* nats that the contrary is likelier by, its baseline counted */
+#define CONTRARY 4u
+#define CLEARLY 4.0 /* nats that the contrary is likelier by, its baseline counted */
 
 double rimi_search_baseline(rim_search *s, const search_hypothesis *h) {
   const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
@@ -35,33 +36,47 @@ double rimi_search_baseline(rim_search *s, const search_hypothesis *h) {
          (double)rimi_le_f32(c.phi, SEARCH_FIELD);
 }
 
+/* What may say the same of the rest of the run, at most CONTRARY: what lies beside h, in h's shape;
+ * of a shift also the best region, what lies beside that, and what came and went. */
+static uint32_t contraries(rim_search *s, uint32_t channel, const search_hypothesis *h,
+                           search_hypothesis other[CONTRARY]) {
+  if (h->shape != SEARCH_CONSTANT) {
+    if (rimi_search_beside(s, channel, h, &other[0]))
+      rimi_search_place(s, channel, &other[0]);
+    return 1u;
+  }
+  other[0] = search_state(s, channel)->region;
+  (void)rimi_search_beside(s, channel, h, &other[1]);
+  (void)rimi_search_passed(s, channel, NULL, &other[2]);
+  if (!(other[0].score > SEARCH_NONE))
+    return 3u;
+  (void)rimi_search_beside(s, channel, &other[0], &other[3]);
+  return CONTRARY;
+}
+
 bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothesis *h,
                                  bool is_known, double *onset_sd) {
   rimi_search_ready(s, channel);
-  if (h->family == SEARCH_GAIN || h->family == SEARCH_FIELD || h->shape != SEARCH_CONSTANT)
+  if (h->family == SEARCH_GAIN || h->family == SEARCH_FIELD)
     return false;
+  rimi_search_take_shape(s, (search_shape)h->shape);
   const double nats = rimi_search_baseline(s, h);
   if (nats < IMPOSSIBLE + (is_known ? SAID_FIRST * (double)h->score : 0.0))
     return false;
-  /* And what lies beside, and what came and went. */
-  search_hypothesis region[4] = {search_state(s, channel)->region};
-  const uint32_t count = region[0].score > SEARCH_NONE ? 4u : 3u;
-  (void)rimi_search_beside(s, channel, h, &region[1]);
-  (void)rimi_search_passed(s, channel, NULL, &region[2]);
-  if (count > 3u)
-    (void)rimi_search_beside(s, channel, &region[0], &region[3]);
+  search_hypothesis other[CONTRARY];
+  const uint32_t count = contraries(s, channel, h, other);
   const search_hypothesis *best = NULL;
   double least = nats;
   for (uint32_t i = 0; i < count; ++i) {
-    if (!(region[i].score > SEARCH_NONE) || (double)region[i].score < AS_GOOD * (double)h->score)
+    if (!(other[i].score > SEARCH_NONE) || (double)other[i].score < AS_GOOD * (double)h->score)
       continue;
-    const double left = rimi_search_baseline(s, &region[i]);
+    const double left = rimi_search_baseline(s, &other[i]);
     const bool is_likelier =
         left <= MUCH_LIKELIER * nats ||
-        (!is_known && (double)region[i].score - left >= (double)h->score - nats + CLEARLY);
+        (!is_known && (double)other[i].score - left >= (double)h->score - nats + CLEARLY);
     if (is_likelier && left < least) {
       least = left;
-      best = &region[i];
+      best = &other[i];
     }
   }
   if (best == NULL)

@@ -175,7 +175,7 @@ static bool judge_again(const rim_search *s, search_hypothesis *h, uint32_t onse
     search_hypothesis now = {.family = family, .onset = onset};
     rimi_search_judge_in_time(s, &now);
     if (reads_high(s, &now) == reads_high(s, h) &&
-        rimi_search_worth(s, &now) > rimi_search_worth(s, &best))
+        rimi_search_worth(s, s->channel, &now) > rimi_search_worth(s, s->channel, &best))
       best = now;
   }
   if (!(best.score > SEARCH_NONE) || (double)best.ln_ratio < STILL * (double)h->ln_ratio)

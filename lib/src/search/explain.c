@@ -8,19 +8,20 @@
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
 #define SIMPLER 0.97    /* of a box's worth, that an interval of one feature must reach instead */
 #define PLACED 0.9      /* of a time's worth, that a region must reach instead */
-#define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
-#define GRAZED 1.0      /* nats that blocks inside take away, before they are healthy ones */
-#define REFINEMENTS 4u  /* rounds of edges and onset */
-#define TOPS 3u         /* features that are looked at since an onset */
+#define GIVEN 0.95    /* of an outcome's worth, that what the vehicle is given must reach instead */
+#define MOST_GAIN 0.5 /* share of an outcome beyond which a gain is not the word for it */
+#define GRAZED 1.0    /* nats that blocks inside take away, before they are healthy ones */
+#define REFINEMENTS 4u /* rounds of edges and onset */
+#define TOPS 3u        /* features that are looked at since an onset */
 
-double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
+double rimi_search_worth(const rim_search *s, uint32_t channel, const search_hypothesis *h) {
   static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0};
   if (h->score <= SEARCH_NONE || !(h->ln_ratio > 0.0f))
     return -1e30;
   const bool is_gain = h->family == SEARCH_GAIN || h->shape == SEARCH_PROPORTIONAL;
   if (is_gain && rimi_abs((double)h->shift) > MOST_GAIN)
     return -1e30;
-  const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
+  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
   const double inflation = (double)rimi_le_f32(c.phi, SEARCH_SINCE);
   const double shape = h->shape == SEARCH_PROPORTIONAL ? 1.0 : 0.0;
   return (double)h->ln_ratio / inflation * (1.0 - COMPLEXITY * (parts[h->family] + shape)) -
@@ -30,7 +31,7 @@ double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
 static search_hypothesis best_in_time(const rim_search *s) {
   search_hypothesis best = s->in_time[SEARCH_SINCE];
   for (uint32_t f = SEARCH_RAMP; f <= SEARCH_FIELD; ++f) {
-    if (rimi_search_worth(s, &s->in_time[f]) > rimi_search_worth(s, &best))
+    if (rimi_search_worth(s, s->channel, &s->in_time[f]) > rimi_search_worth(s, s->channel, &best))
       best = s->in_time[f];
   }
   return best;
@@ -38,6 +39,12 @@ static search_hypothesis best_in_time(const rim_search *s) {
 
 static bool is_box(const search_hypothesis *h) {
   return h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE;
+}
+
+static uint32_t region_dims(const search_hypothesis *h) {
+  return is_box(h)                                                            ? 2u
+         : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
+                                                                              : 0u;
 }
 
 /* A side over the whole range of its feature is no restriction. */
@@ -59,13 +66,13 @@ static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
 
 bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis *h,
                         search_hypothesis *out) {
-  const uint32_t dims = is_box(h)                                                            ? 2u
-                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
-                                                                                             : 0u;
+  const uint32_t dims = region_dims(h);
   rimi_search_ready(s, channel);
+  rimi_search_take_shape(s, (search_shape)h->shape);
   out->score = SEARCH_NONE;
   for (uint32_t k = 0; k < 2u * dims; ++k) {
-    search_hypothesis side = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
+    search_hypothesis side = {
+        .family = SEARCH_INTERVAL, .shape = h->shape, .onset = SEARCH_FROM_START};
     side.feature[0] = h->feature[k / 2u];
     const uint8_t first = h->first[k / 2u], last = h->last[k / 2u];
     if (k % 2u == 0 ? first == 0 : last + 1u >= SEARCH_BINS)
@@ -112,9 +119,10 @@ double rimi_search_side(const rim_search *s, uint32_t channel, const search_hypo
   return sum > 0.0 ? 1.0 : -1.0;
 }
 
-uint32_t rimi_search_first_shown(const rim_search *s, const search_hypothesis *h) {
+uint32_t rimi_search_first_shown(rim_search *s, const search_hypothesis *h) {
   if (h->onset != SEARCH_FROM_START)
     return h->onset;
+  rimi_search_take_shape(s, (search_shape)h->shape);
   const search_mask mask = rimi_search_mask_of(s, h, -1);
   search_hypothesis later = *h;
   rimi_search_scan_onset(s, &mask, &later, NULL);
@@ -142,11 +150,53 @@ static uint32_t top_features(const rim_search *s, uint32_t channel, uint8_t top[
   return found;
 }
 
+/* Whether a region feature is a reading or a prediction of an outcome, rather than a command or the
+ * environment: what the vehicle is given. O(outcomes). */
+static bool is_outcome(const rim_search *s, uint32_t feature) {
+  const search_config *c = &s->config;
+  if (c->region == NULL || c->outcome_feature == NULL)
+    return false;
+  const uint16_t of = rimi_le_u16(c->region, 2u * (size_t)feature);
+  for (size_t o = 0; o < c->outcomes; ++o) {
+    if (rimi_le_u16(c->outcome_feature, o) == of)
+      return true;
+  }
+  return false;
+}
+
+static bool is_of_outcomes(const rim_search *s, const search_hypothesis *h) {
+  return region_dims(h) > 0 && is_outcome(s, h->feature[0]) &&
+         (region_dims(h) < 2u || is_outcome(s, h->feature[1]));
+}
+
+/* Where an interval of an outcome was found, the best one of what the vehicle is given takes its
+ * place if it explains nearly as much with the same sign: outcomes follow what is given, so they
+ * tell where it was too, and the cause lies there. `mask` and `h` are as it was scanned. */
+static void prefer_given(rim_search *s, const search_mask *mask, search_hypothesis *h) {
+  const uint8_t *scores = search_feature_scores(s, s->channel);
+  uint32_t given = s->config.features;
+  if (!(h->score > SEARCH_NONE) || !is_of_outcomes(s, h))
+    return;
+  for (uint32_t f = 0; f < s->config.features; ++f) {
+    if (scores[f] > 0 && !is_outcome(s, f) &&
+        (given == s->config.features || scores[f] > scores[given]))
+      given = f;
+  }
+  if (given == s->config.features)
+    return;
+  search_hypothesis other = {.family = h->family, .shape = h->shape, .onset = h->onset};
+  rimi_search_scan_interval(s, mask, given, &other, 0);
+  if (other.shift * h->shift > 0.0f &&
+      rimi_search_worth(s, s->channel, &other) >= GIVEN * rimi_search_worth(s, s->channel, h))
+    *h = other;
+}
+
 /* The best interval of the feature that explains most by itself, or its box with the next best. */
 static search_hypothesis region_instead(rim_search *s, uint32_t channel) {
   uint8_t top[TOPS] = {0};
   const uint32_t tops = top_features(s, channel, top);
-  search_hypothesis best = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
+  search_hypothesis best = {
+      .family = SEARCH_INTERVAL, .shape = s->shape, .onset = SEARCH_FROM_START};
   best.score = SEARCH_NONE;
   if (tops == 0)
     return best;
@@ -163,7 +213,10 @@ static search_hypothesis region_instead(rim_search *s, uint32_t channel) {
   rimi_search_refine_edges(s, &box, 1);
   rimi_search_refine_edges(s, &box, 0);
   drop_whole_sides(s, &box);
-  return rimi_search_worth(s, &box) > rimi_search_worth(s, &best) ? box : best;
+  if (rimi_search_worth(s, channel, &box) > rimi_search_worth(s, channel, &best))
+    return box;
+  prefer_given(s, &all, &best);
+  return best;
 }
 
 /* Edges and onset in turn. */
@@ -185,9 +238,13 @@ static void refine(rim_search *s, search_hypothesis *h, uint32_t rounds) {
 void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h) {
   const search_hypothesis region = region_instead(s, channel);
   const bool is_simpler = h->family == SEARCH_BOX && region.family == SEARCH_INTERVAL;
-  const double share = h->family == SEARCH_DURING ? PLACED : is_simpler ? SIMPLER : 1.0;
+  const bool is_given = is_of_outcomes(s, h) && !is_of_outcomes(s, &region);
+  const double share = h->family == SEARCH_DURING ? PLACED
+                       : is_given                 ? GIVEN
+                       : is_simpler               ? SIMPLER
+                                                  : 1.0;
   if (region.shift * h->shift > 0.0f && /* or it is the rest */
-      rimi_search_worth(s, &region) > share * rimi_search_worth(s, h))
+      rimi_search_worth(s, s->channel, &region) > share * rimi_search_worth(s, s->channel, h))
     *h = region;
 }
 
@@ -237,6 +294,7 @@ static search_hypothesis best_since(rim_search *s, uint32_t onset) {
     if (h.score > best.score)
       best = h;
   }
+  prefer_given(s, &since, &best);
   refine(s, &best, 1);
   return best;
 }
@@ -253,7 +311,8 @@ static search_hypothesis best_in_proportion(rim_search *s, const search_hypothes
   refine(s, &best, 1);
   const search_hypothesis since =
       best_since(s, gain->score > SEARCH_NONE ? gain->onset : SEARCH_FROM_START);
-  return rimi_search_worth(s, &since) > rimi_search_worth(s, &best) ? since : best;
+  return rimi_search_worth(s, s->channel, &since) > rimi_search_worth(s, s->channel, &best) ? since
+                                                                                            : best;
 }
 
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
@@ -263,18 +322,18 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
   search_hypothesis h = best_in_part(s, channel);
   const search_hypothesis since = best_since(s, best.onset);
   const double share = h.family == SEARCH_DURING ? PLACED : 1.0;
-  if (rimi_search_worth(s, &since) > share * rimi_search_worth(s, &h))
+  if (rimi_search_worth(s, s->channel, &since) > share * rimi_search_worth(s, s->channel, &h))
     h = since;
   if (h.score > SEARCH_NONE) {
     rimi_search_note(s, channel, &h);
-    if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))
+    if (rimi_search_worth(s, s->channel, &h) > rimi_search_worth(s, s->channel, &best))
       best = h;
   }
   if (channel < search_fine(s) && (best.family == SEARCH_GAIN || best.family >= SEARCH_INTERVAL)) {
     const search_hypothesis gain = s->in_time[SEARCH_GAIN];
     const search_hypothesis part = best_in_proportion(s, &h, &gain);
     if (part.shape == SEARCH_PROPORTIONAL &&
-        rimi_search_worth(s, &part) > rimi_search_worth(s, &best))
+        rimi_search_worth(s, s->channel, &part) > rimi_search_worth(s, s->channel, &best))
       best = part;
     else
       rimi_search_take_shape(s, SEARCH_CONSTANT);

@@ -132,11 +132,16 @@ uint32_t rimi_search_first_inside(const rim_search *search, const search_hypothe
 /* The onset; without one the first block inside that shows the deviation: where a region is drawn a
  * little too large, a block that only grazes it may come long before, and says that nothing was
  * wrong then. In the channel that was judged last. O(ring). */
-uint32_t rimi_search_first_shown(const rim_search *search, const search_hypothesis *h);
+uint32_t rimi_search_first_shown(rim_search *search, const search_hypothesis *h);
 uint32_t rimi_search_oldest(const rim_search *search);
 /* Bytes at which the bins first..last of a feature begin and end. */
 void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t first, uint32_t last,
                        uint32_t *low, uint32_t *high);
+
+/* What a judged hypothesis explains beyond its description, each part of it worth a share: by the ratio
+ * itself, for phi differs between families and would prefer the one that healthy runs inflate
+ * least. */
+double rimi_search_worth(const rim_search *search, uint32_t channel, const search_hypothesis *h);
 
 /* The best interval beside h's region, below or above it in one of its features, at any time:
  * where h says that the outcome reads low, what reads high may be the rest. False where h has no

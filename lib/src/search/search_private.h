@@ -310,10 +310,6 @@ void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_s
 double rimi_search_baseline(rim_search *s, const search_hypothesis *h);
 
 /* explain.c */
-/* What a hypothesis explains beyond its description, each part of it worth a share: by the ratio
- * itself, for phi differs between families and would prefer the one that healthy runs inflate
- * least. */
-double rimi_search_worth(const rim_search *s, const search_hypothesis *h);
 /* What came and went (DURING) did so by itself, and a region is the one to be named, only where no
  * region of the features that explain most by themselves says more with its sign: otherwise h
  * becomes that. Of a box and an interval that say nearly the same it is the interval. Cost: an
