@@ -235,16 +235,21 @@ static void refine(rim_search *s, search_hypothesis *h, uint32_t rounds) {
   drop_whole_sides(s, h);
 }
 
+/* Of h's worth, what another explanation must reach to be said instead. */
+static double share_needed(const rim_search *s, const search_hypothesis *h,
+                           const search_hypothesis *instead) {
+  if (h->family == SEARCH_DURING)
+    return PLACED;
+  if (is_of_outcomes(s, h) && !is_of_outcomes(s, instead))
+    return GIVEN;
+  return h->family == SEARCH_BOX && instead->family == SEARCH_INTERVAL ? SIMPLER : 1.0;
+}
+
 void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h) {
   const search_hypothesis region = region_instead(s, channel);
-  const bool is_simpler = h->family == SEARCH_BOX && region.family == SEARCH_INTERVAL;
-  const bool is_given = is_of_outcomes(s, h) && !is_of_outcomes(s, &region);
-  const double share = h->family == SEARCH_DURING ? PLACED
-                       : is_given                 ? GIVEN
-                       : is_simpler               ? SIMPLER
-                                                  : 1.0;
   if (region.shift * h->shift > 0.0f && /* or it is the rest */
-      rimi_search_worth(s, s->channel, &region) > share * rimi_search_worth(s, s->channel, h))
+      rimi_search_worth(s, channel, &region) >
+          share_needed(s, h, &region) * rimi_search_worth(s, channel, h))
     *h = region;
 }
 
@@ -321,8 +326,8 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
   search_hypothesis best = best_in_time(s);
   search_hypothesis h = best_in_part(s, channel);
   const search_hypothesis since = best_since(s, best.onset);
-  const double share = h.family == SEARCH_DURING ? PLACED : 1.0;
-  if (rimi_search_worth(s, s->channel, &since) > share * rimi_search_worth(s, s->channel, &h))
+  if (rimi_search_worth(s, channel, &since) >
+      share_needed(s, &h, &since) * rimi_search_worth(s, channel, &h))
     h = since;
   if (h.score > SEARCH_NONE) {
     rimi_search_note(s, channel, &h);

@@ -138,8 +138,8 @@ uint32_t rimi_search_oldest(const rim_search *search);
 void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t first, uint32_t last,
                        uint32_t *low, uint32_t *high);
 
-/* What a judged hypothesis explains beyond its description, each part of it worth a share: by the ratio
- * itself, for phi differs between families and would prefer the one that healthy runs inflate
+/* What a judged hypothesis explains beyond its description, each part of it worth a share: by the
+ * ratio itself, for phi differs between families and would prefer the one that healthy runs inflate
  * least. */
 double rimi_search_worth(const rim_search *search, uint32_t channel, const search_hypothesis *h);
 
