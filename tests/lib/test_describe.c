@@ -348,10 +348,8 @@ static double halves(uint32_t channel, uint32_t i, uint8_t byte) {
 /* The half that is high was found. */
 static void find_high(uint32_t channel, uint8_t first, uint8_t last) {
   plant_nothing();
-  search_hypothesis h = {.family = SEARCH_INTERVAL,
-                         .first = {first},
-                         .last = {last},
-                         .onset = SEARCH_FROM_START};
+  search_hypothesis h = {
+      .family = SEARCH_INTERVAL, .first = {first}, .last = {last}, .onset = SEARCH_FROM_START};
   assert_true(rimi_search_evaluate_channel(m->search, channel, &h) && h.shift > 0.0f);
   search_state(m->search, channel)->region = h;
 }
@@ -429,6 +427,35 @@ static void what_explained_another_channel_does_not_count(void **state) {
     assert_int_equal(m->explained.family, SEARCH_INTERVAL);
     assert_int_equal(m->explained.feature[0], of[i].feature);
     assert_int_equal(m->explained.shift < 0.0f, of[i].feature == 1);
+  }
+}
+
+/* Healthy runs inflate some kinds of ratios more than others, so the score of what explains more may
+ * be the smaller one. What stands for the sign is what explains more. */
+static void the_sign_is_kept_by_what_explains_more(void **state) {
+  (void)state;
+  for (int inflated = 0; inflated < 2; ++inflated) {
+    recipe r = calibrated[0];
+    put_noise_number(&r, B0, NOISE_CHANNEL_WORDS + FIELDS * (1 + RAW) + SEARCH_INTERVAL_SINCE,
+                     inflated ? 4.0 : 1.0);
+    from(&r, false);
+    feed(crossed, 0.1);
+    stand(0);
+    m->said_low[0] = 1;
+    explained_low(B0, 1);
+    m->explained.family = SEARCH_INTERVAL_SINCE;
+    m->explained.onset = 1;
+    search_hypothesis h = m->explained;
+    assert_true(rimi_search_evaluate_channel(m->search, B0, &h));
+    find_high(B0, 8, 15);
+    search_hypothesis high = search_state(m->search, B0)->region, beside;
+    assert_true(rimi_search_beside(m->search, B0, &high, &beside));
+    assert_int_equal(h.score < beside.score, inflated);
+    rim_alarm a;
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.family, SEARCH_INTERVAL_SINCE);
+    assert_int_equal(m->explained.feature[0], 1);
+    assert_true(m->explained.shift < 0.0f);
   }
 }
 
@@ -726,6 +753,7 @@ int main(void) {
       cmocka_unit_test(what_explained_another_channel_does_not_count),
       cmocka_unit_test(what_was_said_well_is_turned_less_easily),
       cmocka_unit_test(what_is_said_well_is_known_by_its_time),
+      cmocka_unit_test(the_sign_is_kept_by_what_explains_more),
       cmocka_unit_test(effects_of_the_run_say_no_sign),
       cmocka_unit_test(an_onset_is_kept),
       cmocka_unit_test(what_is_not_off_has_no_sign),
