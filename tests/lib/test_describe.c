@@ -430,8 +430,8 @@ static void what_explained_another_channel_does_not_count(void **state) {
   }
 }
 
-/* Healthy runs inflate some kinds of ratios more than others, so the score of what explains more may
- * be the smaller one. What stands for the sign is what explains more. */
+/* Healthy runs inflate some kinds of ratios more than others, so the score of what explains more
+ * may be the smaller one. What stands for the sign is what explains more. */
 static void the_sign_is_kept_by_what_explains_more(void **state) {
   (void)state;
   for (int inflated = 0; inflated < 2; ++inflated) {
