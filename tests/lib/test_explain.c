@@ -457,6 +457,23 @@ static void what_is_mostly_so_did_not_come_and_go(void **state) {
   }
 }
 
+/* What half of the blocks show came and went; one block more is most of them. */
+static void what_is_half_so_came_and_went(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t more = 0; more < 2; ++more) {
+    world w = quiet(1, true);
+    for (uint32_t i = 40; i < 40 + BLOCKS / 2 + more; ++i)
+      w.r[i] += 20.0 * w.s;
+    search_hypothesis passed;
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, TURN);
+    assert_int_equal(rimi_search_passed(b.search, 0, NULL, &passed), more == 0);
+    if (more == 0)
+      assert_true(passed.family == SEARCH_DURING && 2u * passed.blocks == BLOCKS);
+  }
+}
+
 /* Feature 0 is high in three blocks early on and again from block 100. The region is first seen
  * where the deviation shows: from the second visit, where the first shows nothing. */
 static void a_region_is_dated_by_what_shows_it(void **state) {
@@ -505,6 +522,7 @@ int main(void) {
       cmocka_unit_test(of_what_holds_in_time_the_best_is_said),
       cmocka_unit_test(features_are_ranked_within_their_channel),
       cmocka_unit_test(what_is_mostly_so_did_not_come_and_go),
+      cmocka_unit_test(what_is_half_so_came_and_went),
       cmocka_unit_test(a_region_is_dated_by_what_shows_it),
   };
   printf("seed %u\n", SEED);
