@@ -473,7 +473,11 @@ static void the_difference_shows_what_it_shows_better(void **state) {
   static const struct {
     double own, difference;
     uint16_t shown;
-  } of[] = {{3.0, 2.0, A_TWIN}, {3.0, 4.0, A_FIRST}, {0.5, 0.9, A_TWIN}, {0.5, 1.0, A_FIRST}};
+  } of[] = {{3.0, 2.0, A_TWIN},
+            {3.0, 3.0, A_TWIN}, /* as well is not better */
+            {3.0, 4.0, A_FIRST},
+            {0.5, 0.9, A_TWIN},
+            {0.5, 1.0, A_FIRST}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     plant_nothing();
     plant(A_TWIN, SEARCH_SINCE, of[i].own * alarm_at, 3.0, 40);
