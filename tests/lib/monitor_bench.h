@@ -28,8 +28,14 @@
 #ifndef BENCH_OUTCOMES
 #define BENCH_OUTCOMES 2
 #endif
+#ifndef BENCH_FEATURES
+#define BENCH_FEATURES (2 + BENCH_OUTCOMES) /* of fewer the last outcomes have one together */
+#endif
+#ifndef BENCH_IMAGE
+#define BENCH_IMAGE 16384 /* bytes, at most */
+#endif
 
-enum { O = BENCH_OUTCOMES, D = 2 + O, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2 };
+enum { O = BENCH_OUTCOMES, D = BENCH_FEATURES, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2 };
 enum { BLOCK = 4, CUTS = 23 };
 enum { EXTERNAL_RING = 64, TRAINED_RING = 256, CHANNELS = RIM_MONITOR_KINDS * O };
 enum { NULL_RUNS = 19, ROWS = 1200, SECTIONS = 22 };
@@ -49,7 +55,7 @@ typedef struct recipe {
 } recipe;
 
 typedef struct image {
-  _Alignas(8) uint8_t byte[16384];
+  _Alignas(8) uint8_t byte[BENCH_IMAGE];
   size_t size;
 } image;
 
@@ -223,7 +229,9 @@ static void put_noise(bytes *b) {
   put_noise_of(b, sd, is_active);
 }
 
-static inline unsigned sensor(size_t o) { return (unsigned)(o < 2 ? 1 + o : 2 + o); }
+static inline unsigned sensor(size_t o) {
+  return (unsigned)(o < 2 ? 1 + o : 2 + o < D ? 2 + o : D - 1);
+}
 
 /* Command 0 drives sensor 1, s1 = 2 u; sensor 2 stays about 0; both have noise of 0.1. Feature 3
  * has nothing to do with either. */

@@ -14,8 +14,12 @@
 #include "base/crc.h"
 #include "rim/image.h"
 
+#ifndef SECTION_BYTES
+#define SECTION_BYTES 5120 /* of the longest section */
+#endif
+
 typedef struct bytes {
-  _Alignas(8) uint8_t byte[5120];
+  _Alignas(8) uint8_t byte[SECTION_BYTES];
   size_t size;
 } bytes;
 

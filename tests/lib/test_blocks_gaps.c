@@ -132,6 +132,23 @@ static void a_slow_mean_forgets_a_gap(void **state) {
   forgets_a_gap(SECOND);
 }
 
+/* A mean of which a thousandth is not known is as good as known. Where half of it goes with each
+ * row, a long gap leaves a half, a quarter... of 1000 rows as much as of one, to the bit. Where
+ * ever so little less goes with each, it is more. */
+static void a_thousandth_of_a_mean_is_as_good_as_known(void **state) {
+  (void)state;
+  enum { ROWS = 1000, MISSING = 300, SHARE_AT = 36 };
+  for (int more = 0; more < 2; ++more) {
+    bench s;
+    start(&s, ROWS, false, FIRST);
+    put_f32(s.basis.byte + SHARE_AT, more ? 0.5 - 1e-7 : 0.5);
+    for (uint32_t t = 0; t < 2 * ROWS; ++t)
+      (void)offer(&s, t < ROWS ? t : t + MISSING);
+    assert_int_equal(rimi_blocks_count(s.b), 2);
+    assert_int_equal(rimi_blocks_knows_all(s.b), more == 0);
+  }
+}
+
 /* Of a run that began before its first row nobody knows what has gathered, however long it goes
  * on, while what a slow mean was then is forgotten row by row. */
 static void stays_unknown(slow which) {
@@ -214,6 +231,7 @@ int main(void) {
       cmocka_unit_test(a_row_a_quarter_of_a_block_late_begins_one),
       cmocka_unit_test(half_a_block_may_be_missing),
       cmocka_unit_test(a_slow_mean_forgets_a_gap),
+      cmocka_unit_test(a_thousandth_of_a_mean_is_as_good_as_known),
       cmocka_unit_test(what_gathered_before_a_late_start_stays_unknown),
       cmocka_unit_test(what_a_block_says_is_all_summed),
   };

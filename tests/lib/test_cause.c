@@ -308,6 +308,29 @@ static void the_sum_of_readings_tells_which_twin(void **state) {
   }
 }
 
+static double apart_from_place(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  const double off = channel == A_FIRST ? -3.0 : channel == AGREEMENT + PLACE ? 3.0 * grows : 0.0;
+  return i < 40 ? 0.0 : off;
+}
+
+/* Outcome 0 reads 3 units low beside PLACE, which has the sum of what another one reads: a bias of
+ * PLACE itself is one of its difference from that sum. */
+static void a_sum_tells_of_its_own_outcome(void **state) {
+  (void)state;
+  recipe r = with_sums(0.0, PLACE, TWIN); /* not beside TWIN */
+  put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 20 + 16 + 4 * PLACE, 1.0);
+  for (int is_off = 0; is_off < 2; ++is_off) {
+    from(&r, false);
+    grows = is_off;
+    feed(apart_from_place, 0.05);
+    plant_nothing();
+    plant(A_FIRST, SEARCH_SINCE, 2.0 * alarm_at, as_shift(A_FIRST, -3.0), 40);
+    search_state(m->search, A_FIRST)->time.blocks = BLOCKS - 40;
+    assert_int_equal(described(A_FIRST).channel[0], is_off ? PLACE : 0);
+  }
+}
+
 /* Outcome 0 reads off from block 40 on, and the sum of it grows. */
 static double reads_off_and_grows(uint32_t channel, uint32_t i, uint8_t byte) {
   (void)byte;
@@ -450,7 +473,11 @@ static void the_difference_shows_what_it_shows_better(void **state) {
   static const struct {
     double own, difference;
     uint16_t shown;
-  } of[] = {{3.0, 2.0, A_TWIN}, {3.0, 4.0, A_FIRST}, {0.5, 0.9, A_TWIN}, {0.5, 1.0, A_FIRST}};
+  } of[] = {{3.0, 2.0, A_TWIN},
+            {3.0, 3.0, A_TWIN}, /* as well is not better */
+            {3.0, 4.0, A_FIRST},
+            {0.5, 0.9, A_TWIN},
+            {0.5, 1.0, A_FIRST}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     plant_nothing();
     plant(A_TWIN, SEARCH_SINCE, of[i].own * alarm_at, 3.0, 40);
@@ -592,6 +619,7 @@ int main(void) {
       cmocka_unit_test(what_deviates_together_is_named),
       cmocka_unit_test(what_deviates_at_other_times_is_not_named),
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
+      cmocka_unit_test(a_sum_tells_of_its_own_outcome),
       cmocka_unit_test(the_mean_of_any_shape_is_asked_about),
       cmocka_unit_test(a_gain_has_no_weight),
       cmocka_unit_test(any_two_may_differ),

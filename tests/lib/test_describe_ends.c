@@ -122,12 +122,36 @@ static void rows_beside_gaps_have_their_times(void **state) {
   assert_true(rimi_abs(since_of(0, gap, 0) - 10.0) < 1e-9);
 }
 
+/* Of rows that are off by 5 and -4 of the caller's standard deviations each outcome that is named
+ * has its own shift. */
+static void each_outcome_of_rows_has_its_shift(void **state) {
+  (void)state;
+  for (uint16_t leading = 0; leading < O; ++leading) {
+    rim_alarm a;
+    from(&calibrated[1], true);
+    (void)step(&b, 901, 0, 0.0); /* the caller's standard deviations: one half */
+    m->guard.busy = true;
+    for (uint32_t i = 0; i < EXTERNAL_RING; ++i) {
+      const double unit[REGION] = {0.5, 0.5}, r[O] = {5.0, -4.0};
+      assert_int_equal(rimi_select_observe(m->select, unit, r), RIM_OK);
+    }
+    const rim_verdict v = {.channel = leading, .level = RIM_LEVEL_ERROR, .t_s = 1000.0};
+    rimi_monitor_describe(m, &v, &a);
+    assert_true(a.channels == O && a.channel[0] == leading && a.channel[1] == 1 - leading);
+    for (size_t i = 0; i < O; ++i) {
+      assert_true(rimi_abs(a.shift[i] - (a.channel[i] == 0 ? 2.5 : -2.0)) < 0.1);
+      assert_true(a.shift_sd[i] > 0.0 && a.shift_sd[i] < 0.2);
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_is_named_and_what_is_not),
       cmocka_unit_test(another_outcome_has_its_own_time),
       cmocka_unit_test(a_gain_of_agreement_is_a_share),
       cmocka_unit_test(rows_beside_gaps_have_their_times),
+      cmocka_unit_test(each_outcome_of_rows_has_its_shift),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

@@ -275,6 +275,52 @@ static void a_time_gives_way_to_a_place_that_explains_nearly_as_much(void **stat
   }
 }
 
+/* A place has the sign of what it is the place of: what deviates to the other side, or to none, is
+ * not what deviates there. */
+static void a_place_has_the_same_sign(void **state) {
+  (void)state;
+  static bench b;
+  const world w = entered_once(1, true, 1);
+  search_hypothesis of;
+  explain(&b, &w, TURN, &of);
+  for (int sign = -1; sign <= 1; ++sign) {
+    search_hypothesis h = {.family = SEARCH_DURING,
+                           .onset = 50,
+                           .end = 100,
+                           .shift = 0.1f * (float)sign,
+                           .ln_ratio = 1.0f};
+    rimi_search_ready(b.search, 0);
+    rimi_search_place(b.search, 0, &h);
+    assert_int_equal(h.family, sign > 0 ? SEARCH_INTERVAL : SEARCH_DURING);
+    assert_true(h.shift > 0.0f || sign <= 0);
+  }
+}
+
+/* Below the region residuals are 5 and -5 in as many blocks each, at the lower and at the higher
+ * readings: together they have no sign, and the half that has one is not all that lies beside. */
+static void what_evens_out_has_no_sign_beside(void **state) {
+  (void)state;
+  static bench b;
+  for (int sign = -1; sign <= 1; sign += 2) {
+    world w = make_world(false, 0.0, 0.0);
+    draw(&w, BLOCKS, 1);
+    for (uint32_t i = 0; i < BLOCKS; ++i) {
+      w.feature[i][0] = (uint8_t)(i % 3u == 0 ? 30u : i % 3u == 1 ? 100u : 200u);
+      w.r[i] = i % 3u == 2 ? 0.0 : w.s * (i % 3u == 0 ? 5.0 * sign : -5.0 * sign);
+    }
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, TURN);
+    const search_hypothesis h = {.family = SEARCH_INTERVAL,
+                                 .first = {EDGE_BIN},
+                                 .last = {SEARCH_BINS - 1},
+                                 .onset = SEARCH_FROM_START};
+    search_hypothesis beside;
+    assert_true(rimi_search_beside(b.search, 0, &h, &beside));
+    assert_true(beside.shift == 0.0f && beside.blocks == 2u * BLOCKS / 3u);
+    assert_true(beside.first[0] == 0 && beside.last[0] == EDGE_BIN - 1);
+  }
+}
+
 /* Features that explain nothing by themselves are no side of a box, and none makes no region. */
 static void what_explains_nothing_is_no_side(void **state) {
   (void)state;
@@ -488,6 +534,23 @@ static void what_is_mostly_so_did_not_come_and_go(void **state) {
   }
 }
 
+/* What half of the blocks show came and went; one block more is most of them. */
+static void what_is_half_so_came_and_went(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t more = 0; more < 2; ++more) {
+    world w = quiet(1, true);
+    for (uint32_t i = 40; i < 40 + BLOCKS / 2 + more; ++i)
+      w.r[i] += 20.0 * w.s;
+    search_hypothesis passed;
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, TURN);
+    assert_int_equal(rimi_search_passed(b.search, 0, NULL, &passed), more == 0);
+    if (more == 0)
+      assert_true(passed.family == SEARCH_DURING && 2u * passed.blocks == BLOCKS);
+  }
+}
+
 /* Feature 0 is high in three blocks early on and again from block 100. The region is first seen
  * where the deviation shows: from the second visit, where the first shows nothing. */
 static void a_region_is_dated_by_what_shows_it(void **state) {
@@ -528,6 +591,8 @@ int main(void) {
       cmocka_unit_test(a_shift_in_a_region_stays_one),
       cmocka_unit_test(what_a_region_explains_is_not_called_a_time),
       cmocka_unit_test(a_time_gives_way_to_a_place_that_explains_nearly_as_much),
+      cmocka_unit_test(a_place_has_the_same_sign),
+      cmocka_unit_test(what_evens_out_has_no_sign_beside),
       cmocka_unit_test(what_explains_nothing_is_no_side),
       cmocka_unit_test(without_a_prediction_there_is_no_gain),
       cmocka_unit_test(features_that_explain_much_keep_their_order),
@@ -537,6 +602,7 @@ int main(void) {
       cmocka_unit_test(of_what_holds_in_time_the_best_is_said),
       cmocka_unit_test(features_are_ranked_within_their_channel),
       cmocka_unit_test(what_is_mostly_so_did_not_come_and_go),
+      cmocka_unit_test(what_is_half_so_came_and_went),
       cmocka_unit_test(a_region_is_dated_by_what_shows_it),
   };
   printf("seed %u\n", SEED);

@@ -405,6 +405,13 @@ static void bad_numbers_are_counted(void **state) {
   assert_int_equal(rim_extent_add(e, x[0], 0.0, 0.0), RIM_E_DATA);
   assert_int_equal(rim_extent_get_counters(e).refused, 10);
   assert_int_equal(rim_extent_points(e), 10);
+  static const double ends[2] = {1e-100, 1e100}; /* variances that can be divided by */
+  for (int i = 0; i < 2; ++i) {
+    assert_int_equal(rim_extent_add(e, x[0], 0.0, ends[i]), RIM_OK);
+    assert_int_equal(rim_extent_add(e, x[0], 0.0, i == 0 ? 0.5e-100 : 2e100), RIM_E_DATA);
+  }
+  assert_int_equal(rim_extent_get_counters(e).refused, 12);
+  assert_int_equal(rim_extent_points(e), 12);
 }
 
 static void misuse_is_refused(void **state) {

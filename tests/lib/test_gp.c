@@ -367,6 +367,28 @@ static void criterion_does_not_drift(void **state) {
   assert_int_equal(rim_gp_least_informative(gp), least);
 }
 
+/* Of points that coincide without noise K^-1 has elements of 1e12. When they have made room, what
+ * rounding left of those would make the last one seem to say nothing; it is computed afresh. */
+static void nothing_is_left_of_duplicates_that_went(void **state) {
+  (void)state;
+  for (int kernel = 0; kernel < KERNELS; ++kernel) {
+    rim_gp_config c = config_of(kernel);
+    c.noise_var = 0.0;
+    rim_gp *gp = make(&memory, &c), *afresh = (rim_gp *)(void *)other.bytes;
+    const double place[DIMS] = {2.0, 4.0};
+    for (int i = 0; i < 3; ++i)
+      assert_int_equal(rim_gp_add(gp, place, 1.0, 0.0, 0.0), RIM_OK);
+    for (int i = 3; i < 3 * POINTS; ++i) {
+      const double at[DIMS] = {4.0 * rimi_rng_uniform(&rng), 9.0 * rimi_rng_uniform(&rng)};
+      assert_int_equal(rim_gp_add(gp, at, 0.0, 0.0, 0.0), RIM_OK);
+      other = memory;
+      assert_int_equal(rim_gp_set_config(afresh, &c), RIM_OK); /* the factor and all from it */
+      assert_int_equal(rim_gp_least_informative(gp), rim_gp_least_informative(afresh));
+    }
+    assert_int_equal(rim_gp_get_counters(gp).jittered, 2);
+  }
+}
+
 static void offsets_are_explained_elsewhere(void **state) {
   (void)state;
   const rim_gp_config c = config_of(0);
@@ -623,6 +645,7 @@ int main(void) {
       cmocka_unit_test(duplicates_make_room_first),
       cmocka_unit_test(the_noisiest_says_least),
       cmocka_unit_test(criterion_does_not_drift),
+      cmocka_unit_test(nothing_is_left_of_duplicates_that_went),
       cmocka_unit_test(offsets_are_explained_elsewhere),
       cmocka_unit_test(bad_numbers_are_counted),
       cmocka_unit_test(singular_is_an_error),

@@ -206,6 +206,17 @@ static void the_image_is_gone_through(void **state) {
   }
 }
 
+/* Its last bytes are summed up to its end: what the memory behind holds may change. */
+static void what_lies_behind_the_image_is_not_of_it(void **state) {
+  (void)state;
+  for (int external = 0; external < 2; ++external) {
+    bench b;
+    fresh(&b, external);
+    memset(b.blob.byte + b.blob.size, 0xff, sizeof b.blob.byte - b.blob.size);
+    assert_int_equal(fly_until_found(&b, 300, 400), 400); /* several passes */
+  }
+}
+
 /* Calls that follow no pointer sum the header alone: what else is damaged shows in the next row. */
 static void a_quiet_call_accepts_no_damage(void **state) {
   (void)state;
@@ -332,6 +343,7 @@ int main(void) {
       cmocka_unit_test(observations_are_gone_through),
       cmocka_unit_test(bins_agree_among_each_other),
       cmocka_unit_test(the_image_is_gone_through),
+      cmocka_unit_test(what_lies_behind_the_image_is_not_of_it),
       cmocka_unit_test(a_quiet_call_accepts_no_damage),
       cmocka_unit_test(a_refused_row_accepts_no_damage),
       cmocka_unit_test(an_alarm_is_raised_from_memory_that_holds),

@@ -100,12 +100,27 @@ static void the_sum_in_progress_ends_before_its_place(void **state) {
   }
 }
 
+/* A row looks at the bins of one of so few features, and the next row at those of the next: what a
+ * row takes is bounded. */
+static void a_row_looks_at_the_bins_of_one_feature(void **state) {
+  (void)state;
+  const rim_select *const e = fly(200);
+  const rim_bins table = select_bins(e);
+  b.monitor->guard.next_bins = 0;
+  ++table.count[e->bins]; /* of feature 1 */
+  assert_true(rimi_guard_scrub(b.monitor));
+  assert_int_equal(b.monitor->guard.next_bins, 1);
+  assert_false(rimi_guard_scrub(b.monitor));
+  assert_int_equal(b.monitor->guard.damaged, RIM_DAMAGE_RUN);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_ends_of_indices),
       cmocka_unit_test(how_many_counts_may_be_missing),
       cmocka_unit_test(how_far_a_sum_may_be_off),
       cmocka_unit_test(the_sum_in_progress_ends_before_its_place),
+      cmocka_unit_test(a_row_looks_at_the_bins_of_one_feature),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

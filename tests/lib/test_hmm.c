@@ -186,6 +186,7 @@ static void test_bad_observations_are_counted(void **state) {
   rimi_hmm_reset(&h);
   assert_int_equal(h.resets, 1);
   near(h.ln_alpha[0], log(0.7), 1e-15);
+  assert_true(h.ln_evidence == 0.0 && h.steps == 0); /* of no observation since */
 }
 
 /* Of as many states as there may be, all reached by logarithms alone. */

@@ -48,6 +48,7 @@ typedef struct drive {
   rim_monitor *monitor;
   bool external;
   double speed, command; /* true speed; command in force */
+  size_t command_at;     /* feature */
 } drive;
 
 static size_t bytes_of(bool external) { return size_of(external) + RIM_MONITOR_INTERFERENCE_BYTES; }
@@ -71,8 +72,8 @@ static rim_verdict ride(drive *d, uint32_t t, double share) {
   d->speed += rimi_clamp(d->command * share - d->speed, -most, most);
   d->command = commanded(t);
   const double measured = d->speed + 0.02 * rimi_rng_normal(&rng);
-  const double context[D] = {d->command, d->external ? 0.0 : measured, d->external ? 150.0 : 0.0,
-                             0.5};
+  double context[D] = {0.0, d->external ? 0.0 : measured, d->external ? 150.0 : 0.0, 0.5};
+  context[d->command_at] = d->command;
   const double outcome[O] = {0.0, measured}, mean[O] = {0.0, d->command}, sd[O] = {1.0, 1.0};
   const rim_observation now = {.t_s = 1.0 + PERIOD_S * (double)t,
                                .context = context,
@@ -194,6 +195,26 @@ static void a_held_and_a_pushed_vehicle_are_told(void **state) {
       assert_int_equal(rim_interference_get_health(d.monitor).alarms, 1);
       assert_int_equal(rim_interference_get_health(d.monitor).rows, 600);
     }
+  }
+}
+
+/* Any feature may be the command. */
+static void the_command_is_the_feature_that_is_named(void **state) {
+  (void)state;
+  for (size_t feature = 1; feature < D; ++feature) {
+    drive as_ever, moved;
+    recipe r = watched(true);
+    start_drive(&as_ever, &r, true);
+    put_u16(r.section[RIM_SECTION_INTERFERENCE_INPUTS].byte, (unsigned)feature);
+    start_drive(&moved, &r, true);
+    moved.command_at = feature;
+    for (uint32_t t = 0; t < FREE_AT; ++t) {
+      const double share = is_held(t) ? 0.1 : 1.0;
+      const rim_verdict a = ride(&as_ever, t, share), b = ride(&moved, t, share);
+      assert_true(a.interference->residual_mps == b.interference->residual_mps);
+      assert_int_equal(a.interference->alarmed, b.interference->alarmed);
+    }
+    assert_int_equal(rim_interference_get_health(moved.monitor).alarms, 1);
   }
 }
 
@@ -325,6 +346,7 @@ int main(void) {
       cmocka_unit_test(its_sections_are_checked),
       cmocka_unit_test(its_memory_is_checked_and_not_left),
       cmocka_unit_test(a_held_and_a_pushed_vehicle_are_told),
+      cmocka_unit_test(the_command_is_the_feature_that_is_named),
       cmocka_unit_test(the_regions_do_not_notice_it),
       cmocka_unit_test(records_of_both_leave_in_order),
       cmocka_unit_test(a_row_that_is_refused_is_not_seen),

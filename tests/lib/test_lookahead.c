@@ -209,6 +209,32 @@ static bool dense(const rim_region *region, double x, double y, double yaw, doub
   return fabs(dx * cos(yaw) + dy * sin(yaw)) < half && fabs(dy * cos(yaw) - dx * sin(yaw)) < half;
 }
 
+static void fill_stack(uint8_t byte) {
+  volatile uint8_t left_behind[8192];
+  for (size_t i = 0; i < sizeof left_behind; ++i)
+    left_behind[i] = byte;
+}
+
+/* What calls before left on the stack, zeroes or no numbers, is no part of an answer. */
+static void answers_do_not_depend_on_the_stack(void **state) {
+  (void)state;
+  void (*volatile const leave)(uint8_t) = fill_stack; /* called, whatever a compiler sees */
+  const rim_lookahead_config c = square(0.5);
+  const rim_region region = sphere(10.0, 0.0, 2.0);
+  rim_plan plan = {.count = 2};
+  for (int i = 0; i < 40; ++i) {
+    const double y = 0.05 + 0.1 * i;
+    plan.pose[0] = pose(0.0, 0.0, y, 0.0);
+    plan.pose[1] = pose(20.0, 20.0, y, 0.0);
+    rim_lookahead_result r;
+    leave(i % 2 == 0 ? 0x00 : 0xff);
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r));
+    assert_int_equal(r.enters, y < 2.5);
+    if (y < 0.5) /* its edge holds the nearest point */
+      assert_true(fabs(r.after_s - 7.5) < 20.0 / 256.0 + 1e-3);
+  }
+}
+
 static void agrees_with_a_dense_search(void **state) {
   (void)state;
   uint32_t random = 99;
@@ -407,6 +433,7 @@ int main(void) {
       cmocka_unit_test(what_only_touches_does_not_enter),
       cmocka_unit_test(a_turn_sweeps_its_corner),
       cmocka_unit_test(only_physical_regions_are_looked_at),
+      cmocka_unit_test(answers_do_not_depend_on_the_stack),
       cmocka_unit_test(agrees_with_a_dense_search),
       cmocka_unit_test(bodies_in_space),
       cmocka_unit_test(bodies_in_line),

@@ -75,10 +75,24 @@ static void onsets_are_as_likely_as_what_they_explain(void **state) {
   near(rimi_search_onset_sd(&onsets), sqrt(1.0 / 12.0), 1e-12);
 }
 
+/* Beside the best, one that is less likely by 20 nats is the last that counts. */
+static void an_onset_counts_down_to_20_nats(void **state) {
+  (void)state;
+  search_onsets onsets = {0};
+  rimi_search_note_onset(&onsets, 20.0, 13);
+  rimi_search_note_onset(&onsets, 0.0, 7);
+  near(onsets.weight - 1.0, exp(-20.0), 1e-15);
+  assert_true(onsets.at == 13 && onsets.nats == 20.0);
+  const double counted = onsets.weight;
+  rimi_search_note_onset(&onsets, -1e-6, 8);
+  assert_true(onsets.weight == counted);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(known_effects_are_chi_square),
       cmocka_unit_test(onsets_are_as_likely_as_what_they_explain),
+      cmocka_unit_test(an_onset_counts_down_to_20_nats),
       cmocka_unit_test(effects_that_runs_taught_surprise_less),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
