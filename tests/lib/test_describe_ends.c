@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* monitor/describe.c: a record names what deviates and nothing behind it; when a row came that
  * followed a gap. */
+#include <math.h>
+
 #include "describe_bench.h"
 
 enum { B0 = 0, B1 = 1, A0 = AGREEMENT, A1 = AGREEMENT + 1 };
@@ -145,6 +147,49 @@ static void each_outcome_of_rows_has_its_shift(void **state) {
   }
 }
 
+/* What a rate has left after each block, where feature 0 is in its upper half: units of 0.05. */
+#define RATE 2.0
+static double rate_above_half(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  double kept = 0.0;
+  for (uint32_t k = 0; k <= i; ++k)
+    kept = SEARCH_KEEPS * kept + ((uint8_t)(k * 37u) >= 128u ? RATE : 0.0);
+  return channel == 0 ? kept : 0.0;
+}
+
+/* A rate is searched for in one block of eight. Once found it stays while it explains most, and its
+ * size is what blocks inside deviate by in the mean. */
+static void a_rate_stays_between_two_searches(void **state) {
+  (void)state;
+  const struct {
+    wave *of;
+    uint16_t channel; /* explained before */
+    bool stays;
+  } of[] = {{rate_above_half, 0, true}, {both_since_40, 0, false}, {rate_above_half, 1, false}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    from(&calibrated[0], false);
+    feed_blocks(of[i].of, 0.1, TRAINED_RING - TRAINED_RING % 8 + 5);
+    plant_nothing();
+    m->explained = (search_hypothesis){.family = SEARCH_INTERVAL,
+                                       .shape = SEARCH_KEPT,
+                                       .first = {SEARCH_BINS / 2},
+                                       .last = {SEARCH_BINS - 1},
+                                       .onset = SEARCH_FROM_START};
+    m->explained_channel = of[i].channel;
+    m->has_explained = true;
+    rim_alarm a;
+    assert_int_equal(named(0, &a), 0);
+    assert_int_equal(m->explained.shape == SEARCH_KEPT, of[i].stays);
+    if (!of[i].stays)
+      continue;
+    assert_true(a.kind == RIM_KIND_SHIFT && a.region.dims == 1 && a.region.feature[0] == 0);
+    const double mean = rimi_search_kept_mean(m->search, &m->explained);
+    /* The run may have an offset of its own, which takes some of it. */
+    assert_true(fabs(a.shift[0] - 0.05 * RATE * mean) < 0.1 * a.shift[0]);
+    assert_true(mean > 5.0 && a.shift_sd[0] < 0.1 * a.shift[0]);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_is_named_and_what_is_not),
@@ -152,6 +197,7 @@ int main(void) {
       cmocka_unit_test(a_gain_of_agreement_is_a_share),
       cmocka_unit_test(rows_beside_gaps_have_their_times),
       cmocka_unit_test(each_outcome_of_rows_has_its_shift),
+      cmocka_unit_test(a_rate_stays_between_two_searches),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

@@ -31,7 +31,7 @@ static void the_ends_of_a_hypothesis(void **state) {
     for (uint32_t k = 0; k < 2; ++k) {
       search_hypothesis *const h = k == 0 ? &of->time : &of->region;
       ENDS_AT(h->family, SEARCH_DURING);
-      ENDS_AT(h->shape, SEARCH_PROPORTIONAL);
+      ENDS_AT(h->shape, SEARCH_KEPT);
       for (uint32_t d = 0; d < 2; ++d) {
         ENDS_AT(h->feature[d], FEATURES - 1);
         ENDS_AT(h->first[d], SEARCH_BINS - 1);

@@ -81,6 +81,11 @@ static void only_what_leaves_inside_is_let_go(void **state) {
   assert_false(changes(&h)); /* 1 leaves: after the end */
   h.end = 2;
   assert_true(changes(&h)); /* the innovation of 2 takes 1, which is inside */
+  feed(&b, RING + 1, RING + 2, 0);
+  for (uint8_t shape = SEARCH_CONSTANT; shape <= SEARCH_KEPT; ++shape) {
+    h = (search_hypothesis){.family = SEARCH_INTERVAL_SINCE, .shape = shape, .first = {1}};
+    assert_int_equal(changes(&h), shape == SEARCH_KEPT); /* none is inside, yet all deviate */
+  }
 }
 
 /* One block that was taken and let go, and the effects are those of the others. */

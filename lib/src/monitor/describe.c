@@ -80,6 +80,8 @@ static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypo
   double unit = (double)n.s;
   if (rimi_cause_is_gain(h) && kind <= RIM_CHANNEL_AGREEMENT)
     unit = 1.0;
+  if (h->shape == SEARCH_KEPT)
+    unit *= rimi_search_kept_mean(m->search, h);
   if (h->family == SEARCH_RAMP)
     unit *= (double)(rimi_search_blocks(m->search) - h->onset) / 256.0;
   if (kind <= RIM_CHANNEL_AGREEMENT)
@@ -203,6 +205,18 @@ static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesi
     *h = agreed;
     *onset_sd = agreed_sd;
   }
+}
+
+/* A rate that deviates in a region is searched for now and then. What was found stays in between,
+ * while it explains most. */
+static void keep_rate(rim_monitor *m, uint16_t channel, search_hypothesis *h, double *onset_sd) {
+  search_hypothesis rate = m->explained;
+  if (!m->has_explained || m->explained_channel != channel || rate.shape != SEARCH_KEPT ||
+      h->shape == SEARCH_KEPT || !rimi_search_evaluate_channel(m->search, channel, &rate) ||
+      !(rimi_search_worth(m->search, channel, &rate) > rimi_search_worth(m->search, channel, h)))
+    return;
+  *h = rate;
+  *onset_sd = (double)m->explained_onset_sd;
 }
 
 /* A region's family without an onset; of what is no region, 0. */
@@ -397,6 +411,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
     begin_alarm(m);
   if (channel / outcomes <= RIM_CHANNEL_AGREEMENT) {
     const double said = said_sign(m, channel % outcomes);
+    keep_rate(m, channel, &h, &onset_sd);
     keep_sign(m, channel, &h, &onset_sd);
     const bool is_known = said * (double)h.shift > 0.0 && is_said(m->said_well, channel % outcomes);
     (void)rimi_search_against_nominal(m->search, channel, &h, is_known, &onset_sd);

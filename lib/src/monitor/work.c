@@ -156,9 +156,14 @@ static double trained_judge(const rim_work_counts *n) {
   const double beside = ready_work(n) + 4u * pass(n, JUDGED) + 2u * binned(n);
   const double passed = ready_work(n) + binned(n) + 3u * pass(n, JUDGED) + place;
   const double contrary = 3u * beside + 2u * passed + 5u * pass(n, JUDGED);
+  /* A rate: every feature since an onset, each block with all bins; the best refined, and at any
+   * time. What it was, and its mean. */
+  const double each = binned(n) + pass(n, SEARCH_BINS * (double)PRODUCT);
+  const double rate =
+      2u * ((n->region_features + 3.0) * each + 2u * ready_work(n)) + 3u * pass(n, JUDGED);
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
   const double twins = n->integrands > 0 ? 2.0 * CAUSE_SUMS + 1.0 : 0.0;
-  return explain + since + contrary +
+  return explain + since + contrary + rate +
          (2.0 * causes + CAUSE_TOGETHER + 1.0 + twins) * (ready_work(n) + pass(n, 0.0)) +
          (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;
 }

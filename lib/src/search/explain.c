@@ -11,6 +11,7 @@
 #define GIVEN 0.95    /* of an outcome's worth, that what the vehicle is given must reach instead */
 #define MOST_GAIN 0.5 /* share of an outcome beyond which a gain is not the word for it */
 #define GRAZED 1.0    /* nats that blocks inside take away, before they are healthy ones */
+#define KEPT_EVERY 8u /* blocks between searches for a rate, for their cost */
 #define REFINEMENTS 4u /* rounds of edges and onset */
 #define TOPS 3u        /* features that are looked at since an onset */
 
@@ -23,7 +24,7 @@ double rimi_search_worth(const rim_search *s, uint32_t channel, const search_hyp
     return -1e30;
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
   const double inflation = (double)rimi_le_f32(c.phi, SEARCH_SINCE);
-  const double shape = h->shape == SEARCH_PROPORTIONAL ? 1.0 : 0.0;
+  const double shape = h->shape != SEARCH_CONSTANT ? 1.0 : 0.0;
   return (double)h->ln_ratio / inflation * (1.0 - COMPLEXITY * (parts[h->family] + shape)) -
          rimi_search_description((search_family)h->family);
 }
@@ -320,6 +321,31 @@ static search_hypothesis best_in_proportion(rim_search *s, const search_hypothes
                                                                                             : best;
 }
 
+/* The best region in which the rate of a state deviates: of every feature the best interval since
+ * the onset of what explains most so far; of the best of these also at any time. */
+static search_hypothesis best_kept(rim_search *s, const search_hypothesis *instead) {
+  search_hypothesis best = {.family = SEARCH_INTERVAL_SINCE, .shape = SEARCH_KEPT};
+  best.onset = instead->onset != SEARCH_FROM_START ? instead->onset : s->count - s->held;
+  rimi_search_take_shape(s, SEARCH_KEPT);
+  const search_mask since = rimi_search_mask_of(s, &best, 0), all = {0};
+  search_hypothesis h = best;
+  best.score = SEARCH_NONE;
+  for (uint32_t f = 0; f < s->config.features; ++f) {
+    if (rimi_search_is_own(s, f))
+      continue;
+    rimi_search_scan_interval(s, &since, f, &h, 0);
+    if (h.score > best.score)
+      best = h;
+  }
+  refine(s, &best, 1);
+  h = best;
+  h.family = SEARCH_INTERVAL;
+  h.onset = SEARCH_FROM_START;
+  if (best.score > SEARCH_NONE)
+    rimi_search_scan_interval(s, &all, best.feature[0], &h, 0);
+  return rimi_search_worth(s, s->channel, &h) > rimi_search_worth(s, s->channel, &best) ? h : best;
+}
+
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
                          double *onset_sd) {
   rimi_search_ready(s, channel);
@@ -342,6 +368,12 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
       best = part;
     else
       rimi_search_take_shape(s, SEARCH_CONSTANT);
+  }
+  if (channel < search_fine(s) && s->count % KEPT_EVERY == 0) {
+    const search_hypothesis kept = best_kept(s, &best);
+    if (rimi_search_worth(s, channel, &kept) > rimi_search_worth(s, channel, &best))
+      best = kept;
+    rimi_search_take_shape(s, (search_shape)best.shape);
   }
   if (best.family <= SEARCH_GAIN && channel < search_fine(s))
     rimi_search_date(s, &best, onset_sd);

@@ -37,11 +37,11 @@ search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h,
   return mask;
 }
 
-/* Adds what block i is to a hypothesis to the sums. */
-static inline void add_block(const rim_search *s, uint32_t i, bool next_inside, search_sums *sums) {
+/* Adds what block i is to a hypothesis to the sums; `later`: of search_together(). */
+static inline void add_block(const rim_search *s, uint32_t i, double later, search_sums *sums) {
   sums->n += 1.0;
   sums->d += (double)search_q(s)[i];
-  sums->a += (double)search_a0(s)[i] + (next_inside ? (double)search_a1(s)[i] : 0.0);
+  sums->a += (double)search_a0(s)[i] + search_together(s, i, later);
   search_add_fields(s->fields, sums->g, search_g(s, i));
 }
 
@@ -53,13 +53,24 @@ void rimi_search_sum(rim_search *s, const search_hypothesis *h, search_sums *sum
   }
   const search_mask mask = rimi_search_mask_of(s, h, -1);
   memset(sums, 0, sizeof *sums);
-  bool next_inside = false;
+  double later = 0.0;
   for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);) {
     const bool counts = w.inside && search_a0(s)[w.i] > 0.0f;
     if (counts)
-      add_block(s, w.i, next_inside, sums);
-    next_inside = counts;
+      add_block(s, w.i, later, sums);
+    later = search_later(s, w.i, counts, later);
   }
+}
+
+double rimi_search_kept_mean(const rim_search *s, const search_hypothesis *h) {
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
+  double kept = 0.0, sum = 0.0, n = 0.0; /* what a block adds to the later ones inside: as many */
+  for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);) {
+    kept = SEARCH_KEEPS * kept + (w.inside ? 1.0 : 0.0);
+    sum += w.inside ? kept : 0.0;
+    n += w.inside ? 1.0 : 0.0;
+  }
+  return n > 0.0 ? sum / n : 0.0;
 }
 
 void rimi_search_evaluate(rim_search *s, search_hypothesis *h) {
@@ -83,16 +94,43 @@ static void bins_of_bytes(const rim_search *s, uint32_t feature, uint32_t count,
 /* As a feature that a scan of bins takes: the block's age. */
 #define BY_TIME UINT32_MAX
 
-/* Sums per bin; pair[hi (hi + 1) / 2 + lo]: what neighbours in the bins lo..hi and hi take off A.
- */
-static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) {
+static void add_to_bin(const rim_search *s, uint32_t i, uint32_t own, search_bins *bins) {
+  bins->n[own] += 1.0f;
+  bins->d[own] += search_q(s)[i];
+  bins->a[own] += search_a0(s)[i];
+  search_add_floats(s->fields, bins->g[own], search_g(s, i));
+}
+
+static uint32_t pair_of(uint32_t x, uint32_t y) {
+  const uint32_t lo = x < y ? x : y, hi = x < y ? y : x;
+  return hi * (hi + 1u) / 2u + lo;
+}
+
+/* Of SEARCH_KEPT: every block goes together with all later ones, bin by bin. */
+static void fill_kept(rim_search *s, const search_mask *mask, uint32_t feature,
+                      const uint8_t *bin) {
   search_bins *bins = &s->bins;
-  uint8_t bin[256];
-  memset(bins, 0, sizeof *bins);
-  if (feature != BY_TIME)
-    bins_of_bytes(s, feature, SEARCH_BINS, bin);
-  const float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
-  const uint32_t k = s->fields;
+  const float *a0 = search_a0(s), *a1 = search_a1(s);
+  double later[SEARCH_BINS] = {0.0};
+  for (search_walk w = search_walk_from(s, mask); search_walk_next(&w);) {
+    const bool counts = w.inside && a0[w.i] > 0.0f;
+    const uint32_t own = bin[w.feature[feature]];
+    for (uint32_t k = 0; k < SEARCH_BINS; ++k) {
+      later[k] *= SEARCH_KEEPS;
+      if (counts)
+        bins->pair[pair_of(own, k)] += (float)later[k];
+    }
+    if (!counts)
+      continue;
+    add_to_bin(s, w.i, own, bins);
+    later[own] += (double)a1[w.i];
+  }
+}
+
+static void fill_neighbours(rim_search *s, const search_mask *mask, uint32_t feature,
+                            const uint8_t *bin) {
+  search_bins *bins = &s->bins;
+  const float *a0 = search_a0(s), *a1 = search_a1(s);
   uint32_t next = SEARCH_BINS; /* bin of the block after this one, where it is inside */
   for (search_walk w = search_walk_from(s, mask); search_walk_next(&w);) {
     if (!w.inside || !(a0[w.i] > 0.0f)) {
@@ -100,16 +138,25 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
       continue;
     }
     const uint32_t own = feature == BY_TIME ? w.i * SEARCH_BINS / s->held : bin[w.feature[feature]];
-    bins->n[own] += 1.0f;
-    bins->d[own] += q[w.i];
-    bins->a[own] += a0[w.i];
-    search_add_floats(k, bins->g[own], search_g(s, w.i));
-    if (next < SEARCH_BINS) {
-      const uint32_t lo = own < next ? own : next, hi = own < next ? next : own;
-      bins->pair[hi * (hi + 1u) / 2u + lo] += a1[w.i];
-    }
+    add_to_bin(s, w.i, own, bins);
+    if (next < SEARCH_BINS)
+      bins->pair[pair_of(own, next)] += a1[w.i];
     next = own;
   }
+}
+
+/* Sums per bin; pair[hi (hi + 1) / 2 + lo]: what blocks in the bins lo..hi and in hi add to A
+ * together. */
+static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) {
+  search_bins *bins = &s->bins;
+  uint8_t bin[256];
+  memset(bins, 0, sizeof *bins);
+  if (feature != BY_TIME)
+    bins_of_bytes(s, feature, SEARCH_BINS, bin);
+  if (s->shape == SEARCH_KEPT)
+    fill_kept(s, mask, feature, bin);
+  else
+    fill_neighbours(s, mask, feature, bin);
   for (uint32_t hi = 1; hi < SEARCH_BINS; ++hi) {
     if (!(bins->n[hi] > 0.0f))
       continue; /* all 0: no interval ends there */

@@ -307,8 +307,11 @@ void rimi_search_let_go(rim_search *s, const search_hypothesis *h) {
   if (s->held < s->config.ring || h->family == SEARCH_FIELD)
     return;
   const uint32_t slot = search_slot(s, 1u);
-  if (!rimi_search_inside(s, h, search_features(s, search_slot(s, 0)), oldest) &&
-      !rimi_search_inside(s, h, search_features(s, slot), oldest + 1u))
+  search_hypothesis where = *h;
+  if (h->shape == SEARCH_KEPT) /* it deviates outside as well */
+    where.family = SEARCH_SINCE;
+  if (!rimi_search_inside(s, &where, search_features(s, search_slot(s, 0)), oldest) &&
+      !rimi_search_inside(s, &where, search_features(s, slot), oldest + 1u))
     return;
   block_pair pair = pair_at(s, slot);
   for (uint32_t c = 0; c < s->config.channels; ++c)
@@ -373,7 +376,7 @@ static uint32_t choose_channel(rim_search *s) {
     uint32_t best = s->config.channels;
     for (uint32_t c = 0; c < s->config.channels; ++c) {
       if (is_watched(s, c) && (best == s->config.channels ||
-                              rimi_search_best(s, c)->score > rimi_search_best(s, best)->score))
+                               rimi_search_best(s, c)->score > rimi_search_best(s, best)->score))
         best = c;
     }
     if (best < s->config.channels)
@@ -412,8 +415,7 @@ static void renew_region(rim_search *s) {
   rimi_search_note(s, s->channel, &h);
 }
 
-/* Whether the feature is the measured reading of the channel's own outcome. */
-static bool is_own(const rim_search *s, uint32_t feature) {
+bool rimi_search_is_own(const rim_search *s, uint32_t feature) {
   const search_config *c = &s->config;
   return c->region != NULL && c->outcome_feature != NULL &&
          rimi_le_u16(c->region, 2u * (size_t)feature + 1u) == SEARCH_AS_MEASURED &&
@@ -426,7 +428,7 @@ static void scan_feature(rim_search *s, uint32_t feature) {
   scores[feature] = 0;
   if (feature == 0)
     s->top_feature = 0;
-  if (is_own(s, feature))
+  if (rimi_search_is_own(s, feature))
     return;
   search_mask mask;
   memset(&mask, 0, sizeof mask);
@@ -437,7 +439,7 @@ static void scan_feature(rim_search *s, uint32_t feature) {
   const double order =
       h.score > SEARCH_NONE ? FEATURE_SCORE * rimi_log(1.0 + (double)h.ln_ratio) : 0.0;
   scores[feature] = (uint8_t)rimi_min(order, 255.0);
-  if (scores[feature] > scores[s->top_feature] || is_own(s, s->top_feature))
+  if (scores[feature] > scores[s->top_feature] || rimi_search_is_own(s, s->top_feature))
     s->top_feature = (uint8_t)feature;
   rimi_search_note(s, s->channel, &h);
 }
@@ -446,7 +448,7 @@ static void scan_feature(rim_search *s, uint32_t feature) {
 static void scan_interval_since(rim_search *s) {
   const channel_state *state = search_state(s, s->channel);
   search_hypothesis h;
-  if (is_own(s, s->top_feature))
+  if (rimi_search_is_own(s, s->top_feature))
     return;
   forget(&h);
   h.family = SEARCH_INTERVAL_SINCE;
@@ -480,7 +482,7 @@ static void scan_pair(rim_search *s) {
   if ((s->next_pair & 1u) != 0) /* every other pair without regard to what single features say */
     x = (s->next_pair / n) % n;
   ++s->next_pair;
-  if (x == y || is_own(s, x) || is_own(s, y))
+  if (x == y || rimi_search_is_own(s, x) || rimi_search_is_own(s, y))
     return;
   search_hypothesis h;
   rimi_search_scan_box(s, x < y ? x : y, x < y ? y : x, &h);

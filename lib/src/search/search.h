@@ -48,10 +48,12 @@ typedef enum search_family {
   SEARCH_DURING = 8 /* a shift of every block from the onset to its end */
 } search_family;
 
-/* What a shift inside a hypothesis is in proportion to. */
+/* What a shift inside a hypothesis is like. */
 typedef enum search_shape {
   SEARCH_CONSTANT = 0,
-  SEARCH_PROPORTIONAL = 1 /* to the prediction: a gain, in a region or from an onset to an end */
+  SEARCH_PROPORTIONAL = 1, /* to the prediction: a gain, in a region or from an onset to an end */
+  SEARCH_KEPT = 2 /* one of the rate: what each block inside adds is kept for a while, outside
+                              as well (a tank with a hole at some height) */
 } search_shape;
 
 typedef struct search_hypothesis {
@@ -171,6 +173,10 @@ double rimi_search_sd_of_onset(const rim_search *search, const search_hypothesis
 /* The sign that a channel's prediction mostly has in the blocks inside h: 1, -1, or 0 where its
  * mean there is smaller than its standard deviation. O(ring). */
 double rimi_search_side(const rim_search *search, uint32_t channel, const search_hypothesis *h);
+
+/* Of a hypothesis of SEARCH_KEPT: what a block inside has, in the mean, of what it and those before
+ * it added, per unit of the shift. O(ring). */
+double rimi_search_kept_mean(const rim_search *search, const search_hypothesis *h);
 
 double rimi_search_description(search_family family); /* nats */
 

@@ -32,7 +32,7 @@ uint32_t rimi_search_effects_sum(const rim_search *s) {
 }
 
 static bool is_hypothesis(const rim_search *s, const search_hypothesis *h) {
-  return h->family <= SEARCH_DURING && h->shape <= SEARCH_PROPORTIONAL &&
+  return h->family <= SEARCH_DURING && h->shape <= SEARCH_KEPT &&
          h->feature[0] < s->config.features && h->feature[1] < s->config.features &&
          h->first[0] < SEARCH_BINS && h->first[1] < SEARCH_BINS && h->last[0] < SEARCH_BINS &&
          h->last[1] < SEARCH_BINS;

@@ -16,6 +16,7 @@
 #define SEARCH_NONE (-1e30f)
 #define SEARCH_UNKNOWN INT16_MIN       /* a residual that is not known */
 #define SEARCH_COARSE_UNKNOWN INT8_MIN /* in a byte */
+#define SEARCH_KEEPS 0.93 /* of what a block adds to a state, after a block: SEARCH_KEPT */
 /* Added to the diagonal of a channel's G, in parts of it: more than the rounding of its sums in
  * single precision over tens of thousands of blocks, and less than any effect that shows. */
 #define SEARCH_GRAM_RIDGE 0x1p-18
@@ -206,6 +207,16 @@ static inline float *search_a1(const rim_search *s) { return search_a0(s) + s->c
 static inline float *search_g(const rim_search *s, uint32_t i) {
   return search_a1(s) + s->config.ring + (size_t)i * s->config.noise->fields;
 }
+/* What block i and those after it that are inside a hypothesis add to A together, beyond what each
+ * adds alone; and `later` for the block before. Begin with 0 at the newest. */
+static inline double search_together(const rim_search *s, uint32_t i, double later) {
+  return s->shape == SEARCH_KEPT ? SEARCH_KEEPS * later : later * (double)search_a1(s)[i];
+}
+static inline double search_later(const rim_search *s, uint32_t i, bool inside, double later) {
+  if (s->shape != SEARCH_KEPT)
+    return inside ? 1.0 : 0.0;
+  return SEARCH_KEEPS * later + (inside ? (double)search_a1(s)[i] : 0.0);
+}
 /* The prediction of the channel in turn, in its s. */
 static inline double search_p(const rim_search *s, uint32_t i) {
   return s->p_zero + s->p_step * (double)search_predictions(s, search_slot(s, i))[s->p_at];
@@ -317,6 +328,8 @@ double rimi_search_baseline(rim_search *s, const search_hypothesis *h);
 void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h);
 
 /* search.c */
+/* Whether the feature is the measured reading of the outcome of the channel in turn. */
+bool rimi_search_is_own(const rim_search *s, uint32_t feature);
 /* rimi_search_refresh(), where it is not done since the newest block, or of another shape. */
 void rimi_search_ready(rim_search *s, uint32_t channel);
 /* Completes rimi_search_exclude() in this channel, where that is still to be done. */

@@ -57,7 +57,7 @@ double rimi_search_description(search_family family) {
 }
 
 static void set_score(const rim_search *s, search_hypothesis *h) {
-  const double nats = h->shape == SEARCH_PROPORTIONAL ? SHAPE_NATS : 0.0;
+  const double nats = h->shape != SEARCH_CONSTANT ? SHAPE_NATS : 0.0;
   h->score = (float)((double)h->ln_ratio / inflation_of(s, h) -
                      rimi_search_description((search_family)h->family) - nats);
 }
@@ -350,14 +350,32 @@ void rimi_search_refresh(rim_search *s, uint32_t channel) {
     judge_field(s, &c, l, b, mean_raw);
 }
 
-void rimi_search_take_shape(rim_search *s, search_shape shape) {
-  if ((search_shape)s->shape == shape)
-    return;
-  if (shape == SEARCH_CONSTANT) {
-    rimi_search_refresh(s, s->channel);
-    return;
+/* From the work arrays of a constant shift, those of what each block inside adds to a state that
+ * keeps SEARCH_KEEPS of it from block to block. With W the inverse covariance and m_i what block i
+ * alone adds, q becomes m_i'W(z - effects), a0 m_i'W m_i, and a1 is such that 2 m_h'W m_i is
+ * SEARCH_KEEPS^(i - h) a1[i] for every h < i. */
+static void take_kept(rim_search *s) {
+  const double keeps = SEARCH_KEEPS;
+  float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
+  double d = 0.0, a = 0.0, g[NOISE_MAX_FIELDS] = {0.0};
+  for (uint32_t i = s->held; i-- > 0;) {
+    const double before = i > 0 ? (double)a1[i - 1u] : 0.0;
+    float *field = search_g(s, i);
+    const bool known = a0[i] > 0.0f;
+    d = (double)q[i] + keeps * d;
+    a = (double)a0[i] + keeps * (double)a1[i] + keeps * keeps * a;
+    for (uint32_t j = 0; j < s->fields; ++j) {
+      g[j] = (double)field[j] + keeps * g[j];
+      field[j] = (float)g[j];
+    }
+    q[i] = (float)d;
+    a0[i] = known ? (float)a : 0.0f;
+    a1[i] = (float)(2.0 * a + before / keeps);
   }
-  s->shape = (uint8_t)shape;
+}
+
+/* From the work arrays of a constant shift. */
+static void take_proportional(rim_search *s) {
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   double p = s->held > 0 ? search_p(s, 0) : 0.0;
   for (uint32_t i = 0; i < s->held; ++i) {
@@ -370,6 +388,18 @@ void rimi_search_take_shape(rim_search *s, search_shape shape) {
       g[j] = (float)(p * (double)g[j]);
     p = next;
   }
+}
+
+void rimi_search_take_shape(rim_search *s, search_shape shape) {
+  if ((search_shape)s->shape == shape)
+    return;
+  if (s->shape != SEARCH_CONSTANT)
+    rimi_search_refresh(s, s->channel);
+  if (shape == SEARCH_PROPORTIONAL)
+    take_proportional(s);
+  else if (shape == SEARCH_KEPT)
+    take_kept(s);
+  s->shape = (uint8_t)shape;
 }
 
 void rimi_search_scan_end(const rim_search *s, search_hypothesis *h) {
@@ -425,18 +455,18 @@ void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search
   best_onset best = {.a = 1.0};
   search_onsets onsets = {0};
   const double inflation = inflation_of(s, h);
-  bool next_inside = false;
+  double later = 0.0;
   for (search_walk w = search_walk_from(s, &everywhen); search_walk_next(&w);) {
     const uint32_t i = w.i;
-    if (!w.inside || !(search_a0(s)[i] > 0.0f)) {
-      next_inside = false;
+    const bool counts = w.inside && search_a0(s)[i] > 0.0f;
+    const double together = search_together(s, i, later);
+    later = search_later(s, i, counts, later);
+    if (!counts)
       continue;
-    }
     sums.n += 1.0;
     sums.d += (double)search_q(s)[i];
-    sums.a += (double)search_a0(s)[i] + (next_inside ? (double)search_a1(s)[i] : 0.0);
+    sums.a += (double)search_a0(s)[i] + together;
     search_add_fields(s->fields, sums.g, search_g(s, i));
-    next_inside = true;
     judge_time(s, &sums, i, &best);
     if (sd == NULL)
       continue;
