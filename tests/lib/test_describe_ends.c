@@ -157,9 +157,9 @@ static double rate_above_half(uint32_t channel, uint32_t i, uint8_t byte) {
   return channel == 0 ? kept : 0.0;
 }
 
-/* A rate is searched for in one block of eight. Once found it stays while it explains most, and its
- * size is what blocks inside deviate by in the mean. */
-static void a_rate_stays_between_two_searches(void **state) {
+/* In each block other features are looked at for a rate. Once found it stays while it explains most,
+ * and its size is what blocks inside deviate by in the mean. */
+static void a_rate_stays_until_its_next_turn(void **state) {
   (void)state;
   const struct {
     wave *of;
@@ -197,7 +197,7 @@ int main(void) {
       cmocka_unit_test(a_gain_of_agreement_is_a_share),
       cmocka_unit_test(rows_beside_gaps_have_their_times),
       cmocka_unit_test(each_outcome_of_rows_has_its_shift),
-      cmocka_unit_test(a_rate_stays_between_two_searches),
+      cmocka_unit_test(a_rate_stays_until_its_next_turn),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

