@@ -189,7 +189,7 @@ budget-deps: deps
 	$(call install_missing,$(mps2-an500_PACKAGES))
 budgets: budget-deps
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(BUDGETED:%=$(CROSS)/mps2-an500/replay-%)
-	@firmware/budget.sh $(CROSS) '$(mps2-an500_RUN)' six_flight 6/3 150 250 40 landing_flight 29/25 200 2200 55 \
+	@firmware/budget.sh $(CROSS) '$(mps2-an500_RUN)' six_flight 6/3 150 250 40 landing_flight 29/25 200 2600 55 \
 	  golf_flight 100/1 180 300 55
 
 # The monitor inside of frameworks: tests/cli/freertos.sh and cfs.sh, where the frameworks' sources are

@@ -157,8 +157,8 @@ static double rate_above_half(uint32_t channel, uint32_t i, uint8_t byte) {
   return channel == 0 ? kept : 0.0;
 }
 
-/* In each block other features are looked at for a rate. Once found it stays while it explains most,
- * and its size is what blocks inside deviate by in the mean. */
+/* In each block other features are looked at for a rate. Once found it stays while it explains
+ * most, and its size is what blocks inside deviate by in the mean. */
 static void a_rate_stays_until_its_next_turn(void **state) {
   (void)state;
   const struct {

@@ -12,9 +12,10 @@
 #define MOST_GAIN 0.5 /* share of an outcome beyond which a gain is not the word for it */
 #define GRAZED 1.0    /* nats that blocks inside take away, before they are healthy ones */
 #define KEPT_TURNS 8u /* blocks in which every feature is looked at for a rate, for the cost */
-#define CLEARER 1.2   /* of what explains most otherwise, that a rate must explain */
-#define REFINEMENTS 4u /* rounds of edges and onset */
-#define TOPS 3u        /* features that are looked at since an onset */
+#define CLEARER 1.1   /* of what explains most otherwise, that a rate must explain */
+#define PLACED_TWICE 1.4 /* of another region */
+#define REFINEMENTS 4u   /* rounds of edges and onset */
+#define TOPS 3u          /* features that are looked at since an onset */
 
 double rimi_search_worth(const rim_search *s, uint32_t channel, const search_hypothesis *h) {
   static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0};
@@ -355,7 +356,7 @@ static search_hypothesis best_kept(rim_search *s, const search_hypothesis *inste
  * more so where that is a region as well, for a place seldom needs both. */
 static void prefer_rate(rim_search *s, search_hypothesis *best) {
   const search_hypothesis rate = best_kept(s, best);
-  const double share = region_dims(best) > 0 ? CLEARER * CLEARER : CLEARER;
+  const double share = region_dims(best) > 0 ? PLACED_TWICE : CLEARER;
   const double needed = share * rimi_max(0.0, rimi_search_worth(s, s->channel, best));
   if (rimi_search_worth(s, s->channel, &rate) > needed)
     *best = rate;
