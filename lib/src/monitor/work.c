@@ -156,11 +156,11 @@ static double trained_judge(const rim_work_counts *n) {
   const double beside = ready_work(n) + 4u * pass(n, JUDGED) + 2u * binned(n);
   const double passed = ready_work(n) + binned(n) + 3u * pass(n, JUDGED) + place;
   const double contrary = 3u * beside + 2u * passed + 5u * pass(n, JUDGED);
-  /* A rate: every feature since an onset, each block with all bins; the best refined, and at any
-   * time. What it was, and its mean. */
+  /* A rate: an eighth of the features since an onset, each block with all bins; the best refined,
+   * and at any time. What it was, and its mean. */
   const double each = binned(n) + pass(n, SEARCH_BINS * (double)PRODUCT);
   const double rate =
-      2u * ((n->region_features + 3.0) * each + 2u * ready_work(n)) + 3u * pass(n, JUDGED);
+      2u * ((n->region_features / 8.0 + 4.0) * each + 2u * ready_work(n)) + 3u * pass(n, JUDGED);
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
   const double twins = n->integrands > 0 ? 2.0 * CAUSE_SUMS + 1.0 : 0.0;
   return explain + since + contrary + rate +
