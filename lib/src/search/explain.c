@@ -12,7 +12,8 @@
 #define MOST_GAIN 0.5 /* share of an outcome beyond which a gain is not the word for it */
 #define GRAZED 1.0    /* nats that blocks inside take away, before they are healthy ones */
 #define KEPT_TURNS 8u /* blocks in which every feature is looked at for a rate, for the cost */
-#define CLEARER 1.1   /* of what explains most otherwise, that a rate must explain */
+#define KEPT_LEAST 60u   /* blocks: four times what a state keeps, to tell it from a shift */
+#define CLEARER 1.1      /* of what explains most otherwise, that a rate must explain */
 #define PLACED_TWICE 1.4 /* of another region */
 #define REFINEMENTS 4u   /* rounds of edges and onset */
 #define TOPS 3u          /* features that are looked at since an onset */
@@ -355,6 +356,8 @@ static search_hypothesis best_kept(rim_search *s, const search_hypothesis *inste
 /* A rate in a region instead of what explains most otherwise, where it explains clearly more; and
  * more so where that is a region as well, for a place seldom needs both. */
 static void prefer_rate(rim_search *s, search_hypothesis *best) {
+  if (s->held < KEPT_LEAST)
+    return;
   const search_hypothesis rate = best_kept(s, best);
   const double share = region_dims(best) > 0 ? PLACED_TWICE : CLEARER;
   const double needed = share * rimi_max(0.0, rimi_search_worth(s, s->channel, best));
