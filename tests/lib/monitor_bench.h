@@ -19,6 +19,7 @@
 #include "base/crc.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "image/nominal.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/monitor.h"
@@ -371,6 +372,22 @@ static inline int set_up(void **state) {
   calibrate(false);
   calibrate(true);
   return 0;
+}
+
+/* Section LEVEL: one prototype at 0, of reach 1; each outcome is an eighth. */
+static inline void put_level(bytes *s, uint32_t inputs, uint32_t outputs) {
+  const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, inputs, outputs, 1, 1, 0, 0, 0};
+  for (size_t i = 0; i < 8; ++i)
+    u32(s, header[i]);
+  for (uint32_t i = 0; i < 3 * inputs; ++i)
+    f32(s, i < inputs ? 0.0 : 1.0);
+  const double head[4] = {1.0, 1.0, 0.0, 0.0};
+  for (size_t i = 0; i < 4; ++i)
+    f32(s, head[i]);
+  for (uint32_t i = 0; i < inputs; ++i)
+    f32(s, 0.0);
+  for (uint32_t o = 0; o < 2 * outputs; ++o)
+    f32(s, o < outputs ? 1.0 : 0.125); /* each outcome is an eighth */
 }
 
 static inline void make_bench(bench *b, bool external) {

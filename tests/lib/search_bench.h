@@ -252,9 +252,7 @@ static inline void take_hypothesis(uint64_t *digest, const search_hypothesis *h)
   take_bits(digest, h->family);
   take_bits(digest, (uint64_t)h->onset << 32 | (h->family == SEARCH_DURING ? h->end : 0u));
   take_bits(digest, h->blocks);
-  const uint32_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
-                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
-                                                                                             : 0u;
+  const uint32_t dims = search_dims(h);
   for (uint32_t k = 0; k < dims; ++k)
     take_bits(digest, (uint64_t)h->feature[k] << 16 | (uint64_t)h->first[k] << 8 | h->last[k]);
   take_real(digest, (double)h->shift);

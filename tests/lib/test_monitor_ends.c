@@ -267,21 +267,6 @@ static void copies_with_spoilt_parts(void **state) {
 
 /* ---- images that have what few have ---- */
 
-static void put_level(bytes *s, uint32_t inputs, uint32_t outputs) {
-  const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, inputs, outputs, 1, 1, 0, 0, 0};
-  for (size_t i = 0; i < 8; ++i)
-    u32(s, header[i]);
-  for (uint32_t i = 0; i < 3 * inputs; ++i)
-    f32(s, i < inputs ? 0.0 : 1.0);
-  const double head[4] = {1.0, 1.0, 0.0, 0.0};
-  for (size_t i = 0; i < 4; ++i)
-    f32(s, head[i]);
-  for (uint32_t i = 0; i < inputs; ++i)
-    f32(s, 0.0);
-  for (uint32_t o = 0; o < 2 * outputs; ++o)
-    f32(s, o < outputs ? 1.0 : 0.125); /* each outcome is an eighth */
-}
-
 /* Agreement of outcome 1 with what the context says: section LEVEL is used, and must fit. */
 static void a_level_is_used(void **state) {
   (void)state;
@@ -586,9 +571,8 @@ static void an_entry_says_at_which_pose(void **state) {
   const rim_lookahead_config c = {.axis = {0, 1, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 1};
   rim_lookahead ahead = {.plan = {.count = 4}};
   for (uint32_t i = 0; i < 4; ++i)
-    ahead.plan.pose[i] = (rim_pose){.after_s = i,
-                                    .position = {9.0 - 3.0 * i, 0.0, 0.0},
-                                    .orientation = {1.0, 0.0, 0.0, 0.0}};
+    ahead.plan.pose[i] = (rim_pose){
+        .after_s = i, .position = {9.0 - 3.0 * i, 0.0, 0.0}, .orientation = {1.0, 0.0, 0.0, 0.0}};
   rim_lookahead_result found;
   assert_true(rim_lookahead_check(&c, &a.region, &ahead.plan, 0.0, &found) && found.enters);
   assert_int_equal(found.pose, 2);

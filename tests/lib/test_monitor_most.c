@@ -8,7 +8,6 @@
 #define SECTION_BYTES 200000 /* agreement: outcomes by outcomes */
 #define BENCH_IMAGE 400000
 
-#include "image/nominal.h"
 #include "monitor/monitor_private.h"
 
 #include "monitor_bench.h"
@@ -18,26 +17,10 @@ enum { LAST = O - 1 };
 static bench b;
 static recipe most;
 
-/* One prototype at 0, of reach 1; each outcome is an eighth. */
-static void put_level(bytes *s) {
-  const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, D, O, 1, 1, 0, 0, 0};
-  for (size_t i = 0; i < 8; ++i)
-    u32(s, header[i]);
-  for (uint32_t i = 0; i < 3 * D; ++i)
-    f32(s, i < D ? 0.0 : 1.0);
-  const double head[4] = {1.0, 1.0, 0.0, 0.0};
-  for (size_t i = 0; i < 4; ++i)
-    f32(s, head[i]);
-  for (uint32_t i = 0; i < D; ++i)
-    f32(s, 0.0);
-  for (uint32_t o = 0; o < 2 * O; ++o)
-    f32(s, o < O ? 1.0 : 0.125);
-}
-
 /* Section LEVEL is asked about the first outcome and the last one. */
 static void begin(void) {
   trained_recipe(&most);
-  put_level(&most.section[RIM_SECTION_LEVEL]);
+  put_level(&most.section[RIM_SECTION_LEVEL], D, O);
   for (size_t o = 0; o < O; o += LAST)
     put_f32(most.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * o * (4 + O * (2 + MEANS)),
             AGREEMENT_LEVEL);

@@ -95,9 +95,7 @@ static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypo
 }
 
 static void place_region(const rim_monitor *m, const search_hypothesis *h, rim_region *region) {
-  const uint8_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
-                       : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
-                                                                                            : 0u;
+  const uint8_t dims = (uint8_t)search_dims(h);
   uint16_t feature[2];
   double lower[2], upper[2];
   for (size_t k = 0; k < dims; ++k) {
@@ -221,9 +219,8 @@ static void keep_rate(rim_monitor *m, uint16_t channel, search_hypothesis *h, do
 
 /* A region's family without an onset; of what is no region, 0. */
 static uint8_t region_family(const search_hypothesis *h) {
-  return h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? SEARCH_INTERVAL
-         : h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE         ? SEARCH_BOX
-                                                                            : 0u;
+  static const uint8_t family[3] = {0u, SEARCH_INTERVAL, SEARCH_BOX};
+  return family[search_dims(h)];
 }
 
 /* The ring holds only so much: where all that it holds is inside, the onset is the one that was

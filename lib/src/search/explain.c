@@ -41,15 +41,7 @@ static search_hypothesis best_in_time(const rim_search *s) {
   return best;
 }
 
-static bool is_box(const search_hypothesis *h) {
-  return h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE;
-}
-
-static uint32_t region_dims(const search_hypothesis *h) {
-  return is_box(h)                                                            ? 2u
-         : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
-                                                                              : 0u;
-}
+static bool is_box(const search_hypothesis *h) { return search_dims(h) == 2u; }
 
 /* A side over the whole range of its feature is no restriction. */
 static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
@@ -70,7 +62,7 @@ static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
 
 bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis *h,
                         search_hypothesis *out) {
-  const uint32_t dims = region_dims(h);
+  const uint32_t dims = search_dims(h);
   rimi_search_ready(s, channel);
   rimi_search_take_shape(s, (search_shape)h->shape);
   out->score = SEARCH_NONE;
@@ -169,8 +161,8 @@ static bool is_outcome(const rim_search *s, uint32_t feature) {
 }
 
 static bool is_of_outcomes(const rim_search *s, const search_hypothesis *h) {
-  return region_dims(h) > 0 && is_outcome(s, h->feature[0]) &&
-         (region_dims(h) < 2u || is_outcome(s, h->feature[1]));
+  return search_dims(h) > 0 && is_outcome(s, h->feature[0]) &&
+         (search_dims(h) < 2u || is_outcome(s, h->feature[1]));
 }
 
 /* Where an interval of an outcome was found, the best one of what the vehicle is given takes its
@@ -359,7 +351,7 @@ static void prefer_rate(rim_search *s, search_hypothesis *best) {
   if (s->held < KEPT_LEAST)
     return;
   const search_hypothesis rate = best_kept(s, best);
-  const double share = region_dims(best) > 0 ? PLACED_TWICE : CLEARER;
+  const double share = search_dims(best) > 0 ? PLACED_TWICE : CLEARER;
   const double needed = share * rimi_max(0.0, rimi_search_worth(s, s->channel, best));
   if (rimi_search_worth(s, s->channel, &rate) > needed)
     *best = rate;

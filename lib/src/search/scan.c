@@ -15,9 +15,7 @@ void rimi_search_edges(const rim_search *s, uint32_t feature, uint32_t first, ui
 search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without) {
   search_mask mask;
   memset(&mask, 0, sizeof mask);
-  const uint32_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
-                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
-                                                                                             : 0u;
+  const uint32_t dims = search_dims(h);
   for (uint32_t k = 0; k < dims; ++k) {
     if ((int)k == without)
       continue;

@@ -404,7 +404,7 @@ static void renew_region(rim_search *s) {
     rimi_search_note(s, s->channel, &h);
     return;
   }
-  const bool two = h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE;
+  const bool two = search_dims(&h) == 2u;
   rimi_search_refine_edges(s, &h, 0);
   if (two)
     rimi_search_refine_edges(s, &h, 1);

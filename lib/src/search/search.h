@@ -52,8 +52,9 @@ typedef enum search_family {
 typedef enum search_shape {
   SEARCH_CONSTANT = 0,
   SEARCH_PROPORTIONAL = 1, /* to the prediction: a gain, in a region or from an onset to an end */
-  SEARCH_KEPT = 2 /* one of the rate: what each block inside adds is kept for a while, outside
-                              as well (a tank with a hole at some height) */
+  /* One of the rate: what each block inside adds is kept for a while, and so is there outside as
+   * well (a tank with a hole at some height). */
+  SEARCH_KEPT = 2
 } search_shape;
 
 typedef struct search_hypothesis {
@@ -68,6 +69,13 @@ typedef struct search_hypothesis {
   float shift, sd;           /* in the channel's s */
   uint32_t blocks;           /* inside */
 } search_hypothesis;
+
+/* Region features that a hypothesis names: 0, 1 or 2. */
+static inline uint32_t search_dims(const search_hypothesis *h) {
+  return h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
+         : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
+                                                                              : 0u;
+}
 
 typedef struct search_config {
   uint16_t features, channels, outcomes, means, ring;

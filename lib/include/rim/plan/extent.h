@@ -143,7 +143,7 @@ typedef struct rim_extent_mixture {
 typedef struct rim_extent_counters {
   uint32_t added;
   uint32_t replaced; /* oldest observations that made room */
-  uint32_t refused;  /* not finite, or var not above 0 */
+  uint32_t refused;  /* not finite, or var not within 1e-100..1e100 */
 } rim_extent_counters;
 
 typedef struct rim_extent rim_extent;
@@ -159,9 +159,9 @@ rim_status rim_extent_init(rim_extent **extent, void *memory, size_t bytes,
 void rim_extent_reset(rim_extent *extent);
 
 /* Adds an observation, in place of the oldest when the memory is full: x[dims], dz = reward less
- * the nominal model's expectation, var > 0 its nominal variance. Regions are evaluated again, but
- * not moved, so rim_extent_at accounts for all observations. RIM_E_DATA: a number not finite or var
- * not above 0; counted. O(lambdas * rims * points). */
+ * the nominal model's expectation, var its nominal variance. Regions are evaluated again, but not
+ * moved, so rim_extent_at accounts for all observations. RIM_E_DATA: a number not finite or var not
+ * within 1e-100..1e100; counted. O(lambdas * rims * points). */
 rim_status rim_extent_add(rim_extent *extent, const double *x, double dz, double var);
 
 /* Runs `slices` bounded searches, in turn for each RIM and lambda. Every third search of a region
