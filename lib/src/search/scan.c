@@ -92,11 +92,11 @@ static void bins_of_bytes(const rim_search *s, uint32_t feature, uint32_t count,
 /* As a feature that a scan of bins takes: the block's age. */
 #define BY_TIME UINT32_MAX
 
-static void add_to_bin(const rim_search *s, uint32_t i, uint32_t own, search_bins *bins) {
-  bins->n[own] += 1.0f;
-  bins->d[own] += search_q(s)[i];
-  bins->a[own] += search_a0(s)[i];
-  search_add_floats(s->fields, bins->g[own], search_g(s, i));
+static inline void add_to_bin(const rim_search *s, uint32_t i, float a, search_bin *to) {
+  to->n += 1.0f;
+  to->d += search_q(s)[i];
+  to->a += a;
+  search_add_floats(s->fields, to->g, search_g(s, i));
 }
 
 static uint32_t pair_of(uint32_t x, uint32_t y) {
@@ -120,7 +120,7 @@ static void fill_kept(rim_search *s, const search_mask *mask, uint32_t feature,
     }
     if (!counts)
       continue;
-    add_to_bin(s, w.i, own, bins);
+    add_to_bin(s, w.i, a0[w.i], &bins->bin[own]);
     later[own] += (double)a1[w.i];
   }
 }
@@ -136,7 +136,7 @@ static void fill_neighbours(rim_search *s, const search_mask *mask, uint32_t fea
       continue;
     }
     const uint32_t own = feature == BY_TIME ? w.i * SEARCH_BINS / s->held : bin[w.feature[feature]];
-    add_to_bin(s, w.i, own, bins);
+    add_to_bin(s, w.i, a0[w.i], &bins->bin[own]);
     if (next < SEARCH_BINS)
       bins->pair[pair_of(own, next)] += a1[w.i];
     next = own;
@@ -156,7 +156,7 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
   else
     fill_neighbours(s, mask, feature, bin);
   for (uint32_t hi = 1; hi < SEARCH_BINS; ++hi) {
-    if (!(bins->n[hi] > 0.0f))
+    if (!(bins->bin[hi].n > 0.0f))
       continue; /* all 0: no interval ends there */
     float *row = bins->pair + hi * (hi + 1u) / 2u;
     for (uint32_t lo = hi; lo-- > 0;)
@@ -170,25 +170,27 @@ static void best_interval(const rim_search *s, uint32_t ends, uint32_t *best_fir
                           uint32_t *best_last) {
   const search_bins *bins = &s->bins;
   const uint32_t fields = s->fields;
+  uint8_t used[SEARCH_BINS]; /* bins with data, ascending */
+  uint32_t count = 0;
   double best = 0.0;
   *best_first = 0;
   *best_last = SEARCH_BINS;
-  for (uint32_t first = 0; first < ends; ++first) {
+  for (uint32_t k = 0; k < ends; ++k) {
+    if (bins->bin[k].n > 0.0f)
+      used[count++] = (uint8_t)k;
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    const float *pair = bins->pair + used[i];
     search_sums sums = {0};
-    if (!(bins->n[first] > 0.0f))
-      continue;
-    for (uint32_t last = first; last < ends; ++last) {
-      if (!(bins->n[last] > 0.0f))
-        continue;
-      sums.n += (double)bins->n[last];
-      sums.d += (double)bins->d[last];
-      sums.a += (double)bins->a[last] + (double)bins->pair[last * (last + 1u) / 2u + first];
-      search_add_fields(fields, sums.g, bins->g[last]);
+    for (uint32_t j = i; j < count; ++j) {
+      const uint32_t last = used[j];
+      search_add_bin(fields, &sums, &bins->bin[last]);
+      sums.a += (double)pair[last * (last + 1u) / 2u];
       const double a = search_unexplained(fields, sums.a, sums.g);
       if (sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) || !(sums.d * sums.d > best * a))
         continue;
       best = sums.d * sums.d / a;
-      *best_first = first;
+      *best_first = used[i];
       *best_last = last;
     }
   }
@@ -207,11 +209,11 @@ void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t 
   }
   /* An edge with no data beyond it is only where the data ends: open. */
   uint32_t k = best_first;
-  while (k > 0 && !(bins->n[k - 1u] > 0.0f))
+  while (k > 0 && !(bins->bin[k - 1u].n > 0.0f))
     --k;
   h->first[which] = (uint8_t)(k == 0 ? 0 : best_first);
   k = best_last;
-  while (k + 1u < SEARCH_BINS && !(bins->n[k + 1u] > 0.0f))
+  while (k + 1u < SEARCH_BINS && !(bins->bin[k + 1u].n > 0.0f))
     ++k;
   h->last[which] = (uint8_t)(k + 1u == SEARCH_BINS ? SEARCH_BINS - 1u : best_last);
   rimi_search_evaluate(s, h);
@@ -250,12 +252,10 @@ void rimi_search_refine_during(rim_search *s, search_hypothesis *h) {
 
 static void fill_cells(rim_search *s, uint32_t x, uint32_t y) {
   uint8_t cell_x[256], cell_y[256];
-  search_cells *cells = &s->cells;
-  memset(cells, 0, sizeof *cells);
+  memset(s->cells, 0, sizeof s->cells);
   bins_of_bytes(s, x, SEARCH_CELLS, cell_x);
   bins_of_bytes(s, y, SEARCH_CELLS, cell_y);
   const search_mask all = {0};
-  const uint32_t fields = s->fields;
   uint32_t next = CELLS * CELLS;
   for (search_walk w = search_walk_from(s, &all); search_walk_next(&w);) {
     if (!(search_a0(s)[w.i] > 0.0f)) {
@@ -263,23 +263,21 @@ static void fill_cells(rim_search *s, uint32_t x, uint32_t y) {
       continue;
     }
     const uint32_t k = (uint32_t)cell_x[w.feature[x]] * CELLS + cell_y[w.feature[y]];
-    cells->n[k] += 1.0f;
-    cells->d[k] += search_q(s)[w.i];
-    cells->a[k] += search_a0(s)[w.i] + (next == k ? search_a1(s)[w.i] : 0.0f);
-    search_add_floats(fields, cells->g[k], search_g(s, w.i));
+    const float a = search_a0(s)[w.i] + (next == k ? search_a1(s)[w.i] : 0.0f);
+    add_to_bin(s, w.i, a, &s->cells[k]);
     next = k;
   }
 }
 
-/* Adds column x of the cells to the strip. */
-static void add_column(const rim_search *s, uint32_t x, search_sums *strip) {
+/* Adds column x of the cells to the strip; false where there is nothing in it. */
+static bool add_column(const rim_search *s, uint32_t x, search_sums *strip) {
+  bool any = false;
   for (uint32_t y = 0; y < CELLS; ++y) {
-    const uint32_t k = x * CELLS + y;
-    strip[y].n += (double)s->cells.n[k];
-    strip[y].d += (double)s->cells.d[k];
-    strip[y].a += (double)s->cells.a[k];
-    search_add_fields(s->fields, strip[y].g, s->cells.g[k]);
+    const search_bin *cell = &s->cells[x * CELLS + y];
+    any = any || cell->n > 0.0f;
+    search_add_bin(s->fields, &strip[y], cell);
   }
+  return any;
 }
 
 typedef struct box {
@@ -289,15 +287,14 @@ typedef struct box {
 
 static void scan_strip(const rim_search *s, const search_sums *strip, uint32_t x0, uint32_t x1,
                        box *best) {
+  const uint32_t fields = s->fields;
   for (uint32_t y0 = 0; y0 < CELLS; ++y0) {
     search_sums sums = {0};
     for (uint32_t y1 = y0; y1 < CELLS; ++y1) {
-      sums.n += strip[y1].n;
-      sums.d += strip[y1].d;
-      sums.a += strip[y1].a;
-      for (uint32_t j = 0; j < s->fields; ++j)
-        sums.g[j] += strip[y1].g[j];
-      const double a = search_unexplained(s->fields, sums.a, sums.g);
+      if (!(strip[y1].n > 0.0))
+        continue;
+      search_add_sums(fields, &sums, &strip[y1]);
+      const double a = search_unexplained(fields, sums.a, sums.g);
       if (y1 - y0 + 1u == CELLS || sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) ||
           !(sums.d * sums.d > best->ratio * a))
         continue;
@@ -318,8 +315,8 @@ void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothes
     search_sums strip[CELLS];
     memset(strip, 0, sizeof strip);
     for (uint32_t x1 = x0; x1 < CELLS; ++x1) {
-      add_column(s, x1, strip);
-      if (x1 - x0 + 1u < CELLS)
+      const bool is_wider = add_column(s, x1, strip);
+      if (x1 - x0 + 1u < CELLS && is_wider)
         scan_strip(s, strip, x0, x1, &best);
     }
   }

@@ -31,6 +31,8 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   at->time = (uint32_t)bytes;
   bytes += round8(4u * ring);
   at->work = (uint32_t)bytes;
+  at->fields = (uint32_t)(bytes + 12u * ring);
+  at->fields_per_block = (uint32_t)fields;
   bytes += round8(4u * ring * (3u + fields));
   at->z = (uint32_t)bytes;
   const size_t fine = search_fine_of(c);

@@ -53,6 +53,20 @@ static inline void search_add_fields(uint32_t k, double *restrict sum, const flo
   for (uint32_t j = 0; j < k; ++j)
     sum[j] += (double)g[j];
 }
+static inline void search_add_sums(uint32_t k, search_sums *sums, const search_sums *other) {
+  sums->n += other->n;
+  sums->d += other->d;
+  sums->a += other->a;
+  if (k == SEARCH_USUAL_FIELDS) {
+    sums->g[0] += other->g[0];
+    sums->g[1] += other->g[1];
+    sums->g[2] += other->g[2];
+    sums->g[3] += other->g[3];
+    return;
+  }
+  for (uint32_t j = 0; j < k; ++j)
+    sums->g[j] += other->g[j];
+}
 /* A less what the fields explain of it. */
 static inline double search_unexplained(uint32_t k, double a, const double *g) {
   if (k == SEARCH_USUAL_FIELDS)
@@ -63,16 +77,21 @@ static inline double search_unexplained(uint32_t k, double a, const double *g) {
 }
 
 /* Sums per bin of one feature, and per cell of two. */
+typedef struct search_bin {
+  float n, d, a, g[NOISE_MAX_FIELDS];
+} search_bin;
+
+static inline void search_add_bin(uint32_t k, search_sums *sums, const search_bin *bin) {
+  sums->n += (double)bin->n;
+  sums->d += (double)bin->d;
+  sums->a += (double)bin->a;
+  search_add_fields(k, sums->g, bin->g);
+}
+
 typedef struct search_bins {
-  float n[SEARCH_BINS], d[SEARCH_BINS], a[SEARCH_BINS];
-  float g[SEARCH_BINS][NOISE_MAX_FIELDS];
+  search_bin bin[SEARCH_BINS];
   float pair[SEARCH_BINS * (SEARCH_BINS + 1) / 2];
 } search_bins;
-
-typedef struct search_cells {
-  float n[SEARCH_CELLS * SEARCH_CELLS], d[SEARCH_CELLS * SEARCH_CELLS];
-  float a[SEARCH_CELLS * SEARCH_CELLS], g[SEARCH_CELLS * SEARCH_CELLS][NOISE_MAX_FIELDS];
-} search_cells;
 
 typedef struct channel_state {
   search_hypothesis time;   /* best of SINCE, RAMP, GAIN, FIELD */
@@ -83,7 +102,9 @@ typedef struct channel_state {
 typedef struct search_layout {
   uint32_t time, feature, mean, predicted, z, coarse, activity, apart, state, gram, score, scatter,
       level;
-  uint32_t work; /* float per block: q, a0, a1, then the fields' */
+  uint32_t work;   /* float per block: q, a0, a1 */
+  uint32_t fields; /* float[block][fields_per_block] */
+  uint32_t fields_per_block;
 } search_layout;
 
 /* A channel's weights of the raw fields, decoded for a pass over the ring. */
@@ -112,7 +133,7 @@ struct rim_search {
   double p_zero, p_step; /* of the channel in turn: its prediction in its s, from a byte */
   union {                /* of the scan in progress */
     search_bins bins;
-    search_cells cells;
+    search_bin cells[SEARCH_CELLS * SEARCH_CELLS];
   };
 };
 
@@ -205,7 +226,7 @@ static inline float *search_q(const rim_search *s) { return search_at(s, s->at.w
 static inline float *search_a0(const rim_search *s) { return search_q(s) + s->config.ring; }
 static inline float *search_a1(const rim_search *s) { return search_a0(s) + s->config.ring; }
 static inline float *search_g(const rim_search *s, uint32_t i) {
-  return search_a1(s) + s->config.ring + (size_t)i * s->config.noise->fields;
+  return (float *)search_at(s, s->at.fields) + (size_t)i * s->at.fields_per_block;
 }
 /* What block i and those after it that are inside a hypothesis add to A together, beyond what each
  * adds alone; and `later` for the block before. Begin with 0 at the newest. */

@@ -191,15 +191,15 @@ static void fold(rim_search *s, const noise_channel *c) {
   }
 }
 
-/* The onset of one family whose ratio is largest so far; families differ in scale, onsets of one
- * family do not. */
-typedef struct best_onset {
+/* The onset, or the end, of one family whose ratio is largest so far; families differ in scale,
+ * times of one family do not. */
+typedef struct best_time {
   double square, a; /* d^2 / a */
   search_sums sums;
-  uint32_t at;
-} best_onset;
+  uint32_t at; /* index of the ring */
+} best_time;
 
-static void judge_time(const rim_search *s, const search_sums *sums, uint32_t i, best_onset *best) {
+static void judge_time(const rim_search *s, const search_sums *sums, uint32_t i, best_time *best) {
   const double a = search_unexplained(s->fields, sums->a, sums->g);
   const double square = sums->d * sums->d;
   if (!(a > LEAST_INFORMATION * sums->a) || !(square * best->a > best->square * a) ||
@@ -211,7 +211,7 @@ static void judge_time(const rim_search *s, const search_sums *sums, uint32_t i,
   best->at = i;
 }
 
-static void note_time(rim_search *s, search_family family, const best_onset *best) {
+static void note_time(rim_search *s, search_family family, const best_time *best) {
   if (!(best->square > 0.0))
     return;
   search_hypothesis h = {.family = (uint8_t)family, .onset = s->count - s->held + best->at};
@@ -226,7 +226,7 @@ static void scan_time(rim_search *s) {
   const uint32_t k = s->fields;
   const bool is_mean = s->channel < 2u * s->config.outcomes;
   search_sums since = {0}, ramp = {0}, gain = {0};
-  best_onset best[SEARCH_GAIN + 1] = {{.a = 1.0}, {.a = 1.0}, {.a = 1.0}};
+  best_time best[SEARCH_GAIN + 1] = {{.a = 1.0}, {.a = 1.0}, {.a = 1.0}};
   double tq = 0.0, tg[NOISE_MAX_FIELDS] = {0.0}, square = 0.0, cross = 0.0, p1 = 0.0;
   for (uint32_t i = s->held; i-- > 0;) {
     const double q = (double)search_q(s)[i], a0 = (double)search_a0(s)[i];
@@ -404,26 +404,28 @@ void rimi_search_take_shape(rim_search *s, search_shape shape) {
 
 void rimi_search_scan_end(const rim_search *s, search_hypothesis *h) {
   const uint32_t oldest = s->count - s->held;
+  const uint32_t onset = h->onset > oldest ? h->onset : oldest;
   const float *a0 = search_a0(s), *a1 = search_a1(s);
-  search_hypothesis now = *h;
   search_sums sums = {0};
-  h->score = SEARCH_NONE;
-  now.onset = h->onset > oldest ? h->onset : oldest;
+  best_time best = {.a = 1.0};
   bool inside = false; /* the block before */
-  for (uint32_t i = now.onset - oldest; i + 1u < s->held; ++i) {
+  for (uint32_t i = onset - oldest; i + 1u < s->held; ++i) {
     const bool known = a0[i] > 0.0f;
     if (known) {
       sums.n += 1.0;
       sums.d += (double)search_q(s)[i];
       sums.a += (double)a0[i] + (inside ? (double)a1[i - 1u] : 0.0);
       search_add_fields(s->fields, sums.g, search_g(s, i));
+      judge_time(s, &sums, i, &best);
     }
     inside = known;
-    now.end = oldest + i + 1u;
-    rimi_search_judge(s, &sums, &now);
-    if (now.score > h->score)
-      *h = now;
   }
+  h->score = SEARCH_NONE;
+  if (!(best.square > 0.0))
+    return;
+  h->onset = onset;
+  h->end = oldest + best.at + 1u;
+  rimi_search_judge(s, &best.sums, h);
 }
 
 void rimi_search_note_onset(search_onsets *onsets, double nats, uint32_t i) {
@@ -452,7 +454,7 @@ void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search
   search_mask everywhen = *mask;
   everywhen.from = 0;
   search_sums sums = {0};
-  best_onset best = {.a = 1.0};
+  best_time best = {.a = 1.0};
   search_onsets onsets = {0};
   const double inflation = inflation_of(s, h);
   double later = 0.0;
