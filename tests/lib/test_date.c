@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* search/date.c: a step, a ramp and a gain since an onset are judged as generalised least squares
  * with whole matrices says; a deviation of two shapes is dated where it begins, one of a single
- * shape where that shape begins. */
+ * shape where that shape begins; and so is what deviates in a region only. */
 #include "search_bench.h"
 
 #include <stdlib.h>
@@ -125,6 +125,69 @@ static void one_shape_is_dated_as_before(void **state) {
     assert_true(all.cases >= 28 && all.error < (k == 1 ? 7.0 : 3.0));
     assert_true(10 * all.covered >= 8 * all.cases);
   }
+}
+
+/* Deviates only where feature 0 is inside an interval, and is found there in this shape; *plain: how far off the best step inside the
+ * same place begins. */
+static dated date_region(deviation of, search_shape shape, dated *plain) {
+  dated all = {0};
+  static bench b;
+  *plain = all;
+  for (uint32_t v = 0; v < VARIANTS; ++v) {
+    for (uint32_t draws = 0; draws < 4; ++draws) {
+      world w = variant(v, 500 + 4 * v + draws);
+      uint32_t begin = BLOCKS; /* the first block that deviates */
+      for (uint32_t i = BLOCKS; i-- > ONSET;) {
+        const bool inside = w.feature[i][0] >= 64 && w.feature[i][0] < 160;
+        begin = inside ? i : begin;
+        const double age = (double)(i - ONSET) / (BLOCKS - ONSET);
+        w.r[i] += inside ? w.s * of(age, predicted(&w, i)) : 0.0;
+      }
+      start(&b, &w, BLOCKS);
+      feed(&b, 0, BLOCKS, TURN);
+      search_hypothesis h;
+      double sd;
+      rimi_search_explain(b.search, 0, &h, &sd);
+      if (h.family != SEARCH_INTERVAL_SINCE || h.feature[0] != 0 || h.shape != shape)
+        continue;
+      const search_mask mask = rimi_search_mask_of(b.search, &h, -1);
+      search_hypothesis stepped = h;
+      rimi_search_take_shape(b.search, shape);
+      rimi_search_scan_onset(b.search, &mask, &stepped, NULL);
+      const double error = (double)h.onset - begin, before = (double)stepped.onset - begin;
+      all.onset += (double)h.onset;
+      all.error += error * error;
+      plain->error += before * before;
+      all.covered += fabs(error) < 3.0 * sd + 1.0;
+      ++all.cases;
+    }
+  }
+  all.onset /= (double)all.cases;
+  all.error = sqrt(all.error / (double)all.cases);
+  plain->error = sqrt(plain->error / (double)all.cases);
+  printf("in a region: onset %.1f of %d, error %.2f blocks, of a step %.2f, within 3 sd %u of %u\n",
+         all.onset, ONSET, all.error, plain->error, all.covered, all.cases);
+  return all;
+}
+
+static void what_grows_in_a_region_is_dated_where_it_begins(void **state) {
+  (void)state;
+  const deviation each[] = {ramp, step_and_ramp, growing_gain};
+  const uint32_t least[] = {28, 28, 9}; /* a gain is often taken for a shift */
+  for (size_t k = 0; k < sizeof each / sizeof each[0]; ++k) {
+    dated plain;
+    const dated all = date_region(each[k], k == 2 ? SEARCH_PROPORTIONAL : SEARCH_CONSTANT, &plain);
+    assert_true(all.cases >= least[k] && 4.0 * all.error < 3.0 * plain.error);
+    assert_true(10 * all.covered >= 8 * all.cases);
+  }
+}
+
+static void what_is_constant_in_a_region_is_dated_as_a_step(void **state) {
+  (void)state;
+  dated plain;
+  const dated all = date_region(step, SEARCH_CONSTANT, &plain);
+  assert_true(all.cases >= 28 && all.error < plain.error + 1.0);
+  assert_true(10 * all.covered >= 8 * all.cases);
 }
 
 /* An outcome upside down is dated as before: what read high reads low, a gain is the same. */
@@ -266,6 +329,8 @@ int main(void) {
       cmocka_unit_test(the_statistic_is_that_of_whole_matrices),
       cmocka_unit_test(two_shapes_are_dated_where_they_begin),
       cmocka_unit_test(one_shape_is_dated_as_before),
+      cmocka_unit_test(what_grows_in_a_region_is_dated_where_it_begins),
+      cmocka_unit_test(what_is_constant_in_a_region_is_dated_as_a_step),
       cmocka_unit_test(upside_down_it_begins_at_the_same_time),
       cmocka_unit_test(effects_are_judged_from_half_a_run_on),
       cmocka_unit_test(of_equal_onsets_the_later_stays),

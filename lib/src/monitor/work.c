@@ -137,11 +137,11 @@ static double trained_block(const rim_work_counts *n) {
   return models + n->rates * (double)(ROLLED_PARTS * RATE) + n->terms * (double)TERM +
          n->channels * channel + n->region_features * (double)PLACE;
 }
-/* rimi_search_date(): five shapes summed, four models judged per block; then three families. */
+/* rimi_search_date(): five shapes summed, five models judged per block; then three families. */
 static double date_work(const rim_work_counts *n) {
   const double summed = 5u * (n->fields + 6.0) * PRODUCT;
   const double judged = (6.0 * n->fields + 24.0) * PRODUCT + 2u * EXPONENTIAL + JUDGED;
-  return pass(n, summed + 4u * judged) + 3u * (pass(n, summed) + judged);
+  return pass(n, summed + 5u * judged) + 3u * (pass(n, summed) + judged);
 }
 static double trained_judge(const rim_work_counts *n) {
   /* Of the channel, and of its agreement; rimi_search_place(). */

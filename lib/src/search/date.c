@@ -1,18 +1,20 @@
 /* SPDX-License-Identifier: MIT */
-/* Since when: the onset of what names no region. A deviation seldom keeps the shape that named it.
+/* Since when. A deviation seldom keeps the shape that named it.
  * A leak steps and then grows, a blocked fan warms ever faster, a worn bearing takes more of
  * whatever current flows. One shape alone is then dated where it fits best, which may be far from
  * where the residuals begin to deviate. So an onset may be that of two shapes together (segmented
- * regression), where these explain clearly more. */
+ * regression), where these explain clearly more. In a region the same is asked of the blocks inside
+ * it. */
 #include <string.h>
 
 #include "base/bytes.h"
 #include "base/real.h"
 #include "search/search_private.h"
 
-#define SHAPES 3u       /* of time: 1, t, t^2; of the prediction p: p, p t */
-#define PAIR_NATS 5.0   /* that a second shape must explain, by what healthy runs inflate */
-#define SQUARE_NATS 2.0 /* that a drift which grows ever faster must explain beyond a steady one */
+#define SHAPES 3u     /* of time: 1, t, t^2; of the prediction p: p, p t */
+#define PAIR_NATS 5.0 /* that a second shape must explain, by what healthy runs inflate */
+#define SQUARE_NATS                                                                                \
+  2.0              /* that a drift must explain beyond a step, a growing one beyond a steady one */
 #define STILL 0.25 /* of what its own onset explains, that one shape must explain since another */
 #define LEAST_SHARE 1e-6 /* of a shape's information, that must be left beside the others */
 #define PARTS 2u
@@ -60,9 +62,9 @@ static double time_of(const rim_search *s, uint32_t i) {
   return ((double)i - (double)s->held) * SEARCH_RAMP_UNIT;
 }
 
-/* False where block i says nothing. */
-static bool add_block(date_pass *pass, const rim_search *s, uint32_t i) {
-  if (!(search_a0(s)[i] > 0.0f)) {
+/* False where block i says nothing, or is not inside what is dated. */
+static bool add_block(date_pass *pass, const rim_search *s, uint32_t i, bool inside) {
+  if (!inside || !(search_a0(s)[i] > 0.0f)) {
     memset(pass->next_time, 0, sizeof pass->next_time);
     memset(pass->next_gain, 0, sizeof pass->next_gain);
     return false;
@@ -150,7 +152,7 @@ void rimi_search_sum_in_time(const rim_search *s, const search_hypothesis *h, se
   date_sums space;
   memset(&pass, 0, sizeof pass);
   for (uint32_t i = s->held; i-- > from;)
-    (void)add_block(&pass, s, i);
+    (void)add_block(&pass, s, i, true);
   const date_sums *of = parts_of(s, &pass, model_of(h), time_of(s, from), &space);
   *sums = (search_sums){.d = of->d[0], .a = of->a[0][0], .n = pass.n};
   memcpy(sums->g, of->g[0], s->fields * sizeof sums->g[0]);
@@ -167,16 +169,25 @@ static bool reads_high(const rim_search *s, const search_hypothesis *h) {
   return (h->family == SEARCH_GAIN ? s->p_zero : 1.0) * (double)h->shift > 0.0;
 }
 
-/* Of a step, a ramp and a gain, what explains most since this onset, with the sign of before. Where
- * none alone says much since there the hypothesis stays as it was: false. */
-static bool judge_again(const rim_search *s, search_hypothesis *h, uint32_t onset) {
-  search_hypothesis best = {.score = SEARCH_NONE};
-  for (uint8_t family = SEARCH_SINCE; family <= SEARCH_GAIN; ++family) {
-    search_hypothesis now = {.family = family, .onset = onset};
-    rimi_search_judge_in_time(s, &now);
-    if (reads_high(s, &now) == reads_high(s, h) &&
-        rimi_search_worth(s, s->channel, &now) > rimi_search_worth(s, s->channel, &best))
-      best = now;
+/* Of a step, a ramp and a gain, what explains most since this onset, with the sign of before; of a
+ * region what it explains since then. Where none alone says much since there the hypothesis stays as
+ * it was: false. */
+static bool judge_again(rim_search *s, search_hypothesis *h, uint32_t onset) {
+  search_hypothesis best = *h;
+  if (search_dims(h) > 0) {
+    best.onset = onset;
+    rimi_search_evaluate(s, &best);
+    if (!(best.shift * h->shift > 0.0f))
+      return false;
+  } else {
+    best.score = SEARCH_NONE;
+    for (uint8_t family = SEARCH_SINCE; family <= SEARCH_GAIN; ++family) {
+      search_hypothesis now = {.family = family, .onset = onset};
+      rimi_search_judge_in_time(s, &now);
+      if (reads_high(s, &now) == reads_high(s, h) &&
+          rimi_search_worth(s, s->channel, &now) > rimi_search_worth(s, s->channel, &best))
+        best = now;
+    }
   }
   if (!(best.score > SEARCH_NONE) || (double)best.ln_ratio < STILL * (double)h->ln_ratio)
     return false;
@@ -184,31 +195,51 @@ static bool judge_again(const rim_search *s, search_hypothesis *h, uint32_t onse
   return true;
 }
 
-void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_sd) {
+/* Which models may date it: its own, and those that are more. In a region the work arrays have the
+ * shape already, so that its own is a step of that shape, for which a ramp may have been taken. */
+static bool may_date(date_model model, date_model own, bool in_region) {
+  if (model == own || model == STEP_AND_RAMP || model == BEND)
+    return true;
+  if (model == GAIN_AND_RAMP)
+    return !in_region;
+  return in_region ? model == RAMP || model == SQUARE : model == SQUARE && own == RAMP;
+}
+
+/* The model that dates it. */
+static uint32_t choose_model(const search_onsets onsets[MODELS], date_model own) {
+  uint32_t best = own;
+  for (uint32_t model = 0; model < MODELS; ++model) {
+    const double needed = model < STEP_AND_RAMP  ? SQUARE_NATS
+                          : best < STEP_AND_RAMP ? PAIR_NATS
+                                                 : 0.0;
+    if (onsets[model].nats > onsets[best].nats + needed) /* 0 of a model that may not */
+      best = model;
+  }
+  return best;
+}
+
+void rimi_search_date(rim_search *s, search_hypothesis *h, double *onset_sd) {
+  const bool in_region = search_dims(h) > 0;
   const date_model own = model_of(h);
   const double inflation = inflation_of(s);
   search_onsets onsets[MODELS];
   date_pass pass;
   memset(onsets, 0, sizeof onsets);
   memset(&pass, 0, sizeof pass);
-  for (uint32_t i = s->held; i-- > 0;) {
-    if (!add_block(&pass, s, i))
+  search_mask mask = rimi_search_mask_of(s, h, -1);
+  mask.from = 0;
+  for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);) {
+    if (!add_block(&pass, s, w.i, w.inside))
       continue;
     for (uint32_t model = 0; model < MODELS; ++model) {
-      if (model == (uint32_t)own || model >= SQUARE)
+      if (may_date((date_model)model, own, in_region))
         rimi_search_note_onset(&onsets[model],
-                               ratio_of(s, &pass, (date_model)model, time_of(s, i)) / inflation, i);
+                               ratio_of(s, &pass, (date_model)model, time_of(s, w.i)) / inflation,
+                               w.i);
     }
   }
-  const search_onsets *dated = &onsets[own];
-  if (own == RAMP && onsets[SQUARE].nats > dated->nats + SQUARE_NATS)
-    dated = &onsets[SQUARE];
-  for (uint32_t model = STEP_AND_RAMP; model < MODELS; ++model) {
-    if (onsets[model].nats >
-        dated->nats + (dated == &onsets[own] || dated == &onsets[SQUARE] ? PAIR_NATS : 0.0))
-      dated = &onsets[model];
-  }
-  if (dated != &onsets[own] && !judge_again(s, h, s->count - s->held + dated->at))
-    dated = &onsets[own];
-  *onset_sd = rimi_search_onset_sd(dated);
+  uint32_t dated = choose_model(onsets, own);
+  if (dated != own && !judge_again(s, h, s->count - s->held + onsets[dated].at))
+    dated = own;
+  *onset_sd = rimi_search_onset_sd(&onsets[dated]);
 }

@@ -358,6 +358,12 @@ static void prefer_rate(rim_search *s, search_hypothesis *best) {
   rimi_search_take_shape(s, (search_shape)best->shape);
 }
 
+/* Whether it began at a time, and lasts: in a region as the deviation of each block inside. */
+static bool is_dated(const search_hypothesis *h) {
+  return h->family <= SEARCH_GAIN ||
+         (search_dims(h) > 0 && h->onset != SEARCH_FROM_START && h->shape != SEARCH_KEPT);
+}
+
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
                          double *onset_sd) {
   rimi_search_ready(s, channel);
@@ -383,7 +389,7 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
   }
   if (channel < search_fine(s))
     prefer_rate(s, &best);
-  if (best.family <= SEARCH_GAIN && channel < search_fine(s))
+  if (channel < search_fine(s) && is_dated(&best))
     rimi_search_date(s, &best, onset_sd);
   else
     *onset_sd = rimi_search_sd_of_onset(s, &best);

@@ -327,14 +327,15 @@ double rimi_search_onset_sd(const search_onsets *onsets);
 void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
                             double *sd);
 
-/* date.c: for SINCE, RAMP and GAIN, of the channel in turn. */
+/* date.c: for SINCE, RAMP and GAIN, of the channel in turn; rimi_search_date() for regions too. */
 void rimi_search_sum_in_time(const rim_search *s, const search_hypothesis *h, search_sums *sums);
 /* Judges it since its onset, exactly. */
 void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h);
 /* Moves the onset where two shapes together explain clearly more than its own shape; then it is the
- * one of the three families that explains most since there. *onset_sd: blocks. Cost: one pass over
+ * one of the three families that explains most since there. Of a region since an onset, of shape
+ * CONSTANT or PROPORTIONAL, the onset alone moves, also where it grows. *onset_sd: blocks. Cost: one pass over
  * the ring with four models per block, and three passes where it moves. */
-void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_sd);
+void rimi_search_date(rim_search *s, search_hypothesis *h, double *onset_sd);
 
 /* contrary.c */
 /* How improbable the run effects are that a judged hypothesis leaves, of the channel that was
