@@ -117,11 +117,11 @@ static uint64_t explained(planted what, uint32_t variant) {
 static void what_is_explained_keeps_its_bits(void **state) {
   (void)state;
   static const uint64_t expected[PLANTED] = {
-      UINT64_C(0x7f7f260bd71512f3), UINT64_C(0xda0bd88dae8746ba), UINT64_C(0x6f47230a7b212a81),
-      UINT64_C(0x60b2f5dbfd97fa62), UINT64_C(0x28aa75f03474c871), UINT64_C(0x1caee1143e40d852),
+      UINT64_C(0x4bb84ae0aa6ab246), UINT64_C(0xda0bd88dae8746ba), UINT64_C(0x6f47230a7b212a81),
+      UINT64_C(0x60b2f5dbfd97fa62), UINT64_C(0x3b884371792f1e30), UINT64_C(0x1caee1143e40d852),
       UINT64_C(0x321de2754aa9af92), UINT64_C(0xdfe12910a4dbadba), UINT64_C(0xc60e2500fd39ccdd),
-      UINT64_C(0xa0ee6565d990da64), UINT64_C(0x90f6989a7dfb303e), UINT64_C(0x9b06532280b40e2c),
-      UINT64_C(0x774789ff0dd6e3f6), UINT64_C(0x1f989656a1e977df), UINT64_C(0x02d435fbe211a9e2)};
+      UINT64_C(0xa0ee6565d990da64), UINT64_C(0xf8a50567b82dd013), UINT64_C(0x9b06532280b40e2c),
+      UINT64_C(0xb4789df6ad586937), UINT64_C(0x1f989656a1e977df), UINT64_C(0x02d435fbe211a9e2)};
   for (int what = NOTHING; what < PLANTED; ++what) {
     uint64_t digest = BITS_START;
     for (uint32_t variant = 0; variant < 8; ++variant)

@@ -407,8 +407,8 @@ void rimi_search_scan_end(const rim_search *s, search_hypothesis *h) {
   const uint32_t onset = h->onset > oldest ? h->onset : oldest;
   const float *a0 = search_a0(s), *a1 = search_a1(s);
   search_sums sums = {0};
-  best_time best = {.a = 1.0};
-  bool inside = false; /* the block before */
+  best_time best = {.square = -1.0, .a = 1.0}; /* less than that of no deviation at all */
+  bool inside = false;                         /* the block before */
   for (uint32_t i = onset - oldest; i + 1u < s->held; ++i) {
     const bool known = a0[i] > 0.0f;
     if (known) {
@@ -421,7 +421,7 @@ void rimi_search_scan_end(const rim_search *s, search_hypothesis *h) {
     inside = known;
   }
   h->score = SEARCH_NONE;
-  if (!(best.square > 0.0))
+  if (best.square < 0.0)
     return;
   h->onset = onset;
   h->end = oldest + best.at + 1u;
