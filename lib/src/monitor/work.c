@@ -115,8 +115,8 @@ static double pair_work(const rim_work_counts *n) {
 static double trained_search(const rim_work_counts *n) {
   const double since = binned(n) + 2u * (pass(n, JUDGED) + binned(n));
   const double during = binned(n) + 3u * pass(n, JUDGED);
-  const double most =
-      rimi_max(rimi_max(ready_work(n), since), rimi_max(renew_work(n), pair_work(n)));
+  const double renewed = 3u * pass(n, JUDGED) + renew_work(n); /* a time, and a region beside it */
+  const double most = rimi_max(rimi_max(ready_work(n), since), rimi_max(renewed, pair_work(n)));
   return n->budget * (CALLS + n->channels * (double)LOOK + rimi_max(most, during));
 }
 static double trained_block(const rim_work_counts *n) {
@@ -146,7 +146,7 @@ static double date_work(const rim_work_counts *n) {
 static double trained_judge(const rim_work_counts *n) {
   /* Of the channel, and of its agreement; rimi_search_place(). */
   const double place = 4u * binned(n);
-  const double explain = 2u * ready_work(n) + 5u * renew_work(n) + 2u * place +
+  const double explain = 2u * ready_work(n) + 7u * renew_work(n) + 2u * place +
                          8u * pass(n, JUDGED + EXPONENTIAL) + 2u * date_work(n);
   /* Of both, a shift and a gain: four features since an onset, and a round of edges and onset of
    * the best; and on which side of 0 the outcome is inside. */

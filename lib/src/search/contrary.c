@@ -45,7 +45,7 @@ static uint32_t contraries(rim_search *s, uint32_t channel, const search_hypothe
       rimi_search_place(s, channel, &other[0]);
     return 1u;
   }
-  other[0] = search_state(s, channel)->region;
+  other[0] = *rimi_search_region(s, channel);
   (void)rimi_search_beside(s, channel, h, &other[1]);
   (void)rimi_search_passed(s, channel, NULL, &other[2]);
   if (!(other[0].score > SEARCH_NONE))

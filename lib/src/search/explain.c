@@ -272,6 +272,12 @@ static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
   if (h.family == SEARCH_DURING) {
     rimi_search_evaluate(s, &h);
     rimi_search_refine_during(s, &h);
+    search_hypothesis placed = *rimi_search_region(s, channel);
+    if (search_dims(&placed) > 0)
+      refine(s, &placed, 1);
+    if (placed.shift * h.shift > 0.0f && /* or it is the rest */
+        rimi_search_worth(s, channel, &placed) > PLACED * rimi_search_worth(s, channel, &h))
+      h = placed;
   } else {
     refine(s, &h, REFINEMENTS);
   }

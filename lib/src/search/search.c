@@ -95,6 +95,8 @@ void rimi_search_reset(rim_search *s) {
   s->held = s->head = 0;
   s->channel = s->next_channel = s->stage = s->next_pair = 0;
   s->fresh = s->favour = false;
+  s->placed_channel = 0;
+  forget(&s->placed);
   for (uint32_t c = 0; c < s->config.channels; ++c) {
     channel_state *state = search_state(s, c);
     forget(&state->time);
@@ -288,6 +290,7 @@ bool rimi_search_exclude(rim_search *s, uint32_t from, uint32_t to) {
     if (excludes(s, c))
       return false;
   }
+  forget(&s->placed);
   s->excluded_from = from;
   s->excluded_to = to;
   for (uint32_t c = 0; c < s->config.channels; ++c) {
@@ -356,6 +359,15 @@ void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *
   search_hypothesis *best = h->family <= SEARCH_FIELD ? &state->time : &state->region;
   if (h->score > best->score)
     *best = *h;
+  if (channel == s->placed_channel && search_dims(h) > 0 &&
+      rimi_search_worth(s, channel, h) > rimi_search_worth(s, channel, &s->placed))
+    s->placed = *h;
+}
+
+const search_hypothesis *rimi_search_region(const rim_search *s, uint32_t channel) {
+  const search_hypothesis *region = &search_state(s, channel)->region;
+  const bool is_time = region->family == SEARCH_DURING && region->score > SEARCH_NONE;
+  return is_time && channel == s->placed_channel ? &s->placed : region;
 }
 
 const search_hypothesis *rimi_search_best(const rim_search *s, uint32_t channel) {
@@ -381,8 +393,12 @@ static uint32_t choose_channel(rim_search *s) {
                                rimi_search_best(s, c)->score > rimi_search_best(s, best)->score))
         best = c;
     }
-    if (best < s->config.channels)
+    if (best < s->config.channels) {
+      if (best != s->placed_channel)
+        forget(&s->placed);
+      s->placed_channel = (uint16_t)best;
       return best;
+    }
   }
   for (uint32_t i = 0; i < s->config.channels; ++i) {
     const uint32_t c = s->next_channel;
@@ -394,13 +410,12 @@ static uint32_t choose_channel(rim_search *s) {
 }
 
 /* What was found earlier, judged with the newest blocks, and moved where that is better. */
-static void renew_region(rim_search *s) {
-  channel_state *state = search_state(s, s->channel);
-  if (state->region.score <= SEARCH_NONE)
+static void renew(rim_search *s, search_hypothesis *found) {
+  search_hypothesis h = *found;
+  found->score = SEARCH_NONE;
+  if (h.score <= SEARCH_NONE)
     return;
-  search_hypothesis h = state->region;
   rimi_search_evaluate(s, &h);
-  state->region.score = SEARCH_NONE;
   if (h.family == SEARCH_DURING) {
     rimi_search_refine_during(s, &h);
     rimi_search_note(s, s->channel, &h);
@@ -415,6 +430,16 @@ static void renew_region(rim_search *s) {
     rimi_search_scan_onset(s, &mask, &h, NULL);
   }
   rimi_search_note(s, s->channel, &h);
+}
+
+static void renew_regions(rim_search *s) {
+  channel_state *state = search_state(s, s->channel);
+  const bool is_placed = s->channel == s->placed_channel;
+  if (is_placed && state->region.family != SEARCH_DURING) /* it is the region itself */
+    s->placed.score = SEARCH_NONE;
+  renew(s, &state->region);
+  if (is_placed && state->region.family == SEARCH_DURING)
+    renew(s, &s->placed);
 }
 
 bool rimi_search_is_own(const rim_search *s, uint32_t feature) {
@@ -513,7 +538,7 @@ static void work_unit(rim_search *s) {
   }
   s->stage = (uint16_t)(stage + 1u);
   if (stage == 1)
-    renew_region(s);
+    renew_regions(s);
   else if (stage < 2u + features)
     scan_feature(s, stage - 2u);
   else if (stage == 2u + features)

@@ -45,7 +45,8 @@ bool rimi_search_indices_hold(const rim_search *s) {
     if (!is_hypothesis(s, &state->time) || !is_hypothesis(s, &state->region))
       return false;
   }
-  return s->top_feature < s->config.features && s->p_at < search_fine(s);
+  return is_hypothesis(s, &s->placed) && s->top_feature < s->config.features &&
+         s->p_at < search_fine(s);
 }
 
 bool rimi_search_is_taking_out(const rim_search *s) {

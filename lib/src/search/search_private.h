@@ -95,7 +95,7 @@ typedef struct search_bins {
 
 typedef struct channel_state {
   search_hypothesis time;   /* best of SINCE, RAMP, GAIN, FIELD */
-  search_hypothesis region; /* best of the others */
+  search_hypothesis region; /* best of the others, by score */
 } channel_state;
 
 /* Offsets of the arrays from the start of the instance. */
@@ -127,6 +127,9 @@ struct rim_search {
   uint32_t excluded_from, excluded_to;          /* blocks of the newest rimi_search_exclude() */
   uint32_t excludes[SEARCH_MAX_CHANNELS / 32u]; /* a bit per channel that still holds them */
   float *maxima;
+  /* Of the channel that explains most: its best region by worth, for state->region may be a time. */
+  search_hypothesis placed;
+  uint16_t placed_channel;
   search_hypothesis in_time[SEARCH_FIELD + 1]; /* of the channel in turn: best by ratio of each */
   uint32_t fields;                             /* of the channel in turn */
   uint32_t p_at;         /* which of a block's predictions is that of the channel in turn */
@@ -350,6 +353,9 @@ double rimi_search_baseline(rim_search *s, const search_hypothesis *h);
 void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h);
 
 /* search.c */
+/* The best of a channel's regions; where its best in part is a time (DURING), the best beside it, if
+ * that is known: of the channel that explains most. As it was when it was last judged. */
+const search_hypothesis *rimi_search_region(const rim_search *s, uint32_t channel);
 /* Whether the feature is the measured reading of the outcome of the channel in turn. */
 bool rimi_search_is_own(const rim_search *s, uint32_t feature);
 /* rimi_search_refresh(), where it is not done since the newest block, or of another shape. */
