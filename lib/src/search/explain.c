@@ -275,7 +275,8 @@ static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
     search_hypothesis placed = *rimi_search_region(s, channel);
     if (search_dims(&placed) > 0)
       refine(s, &placed, 1);
-    if (placed.shift * h.shift > 0.0f && /* or it is the rest */
+    /* Of the other sign it is the rest, unless what came and went is most of the run. */
+    if ((placed.shift * h.shift > 0.0f || 2u * h.blocks > s->held) &&
         rimi_search_worth(s, channel, &placed) > PLACED * rimi_search_worth(s, channel, &h))
       h = placed;
   } else {
