@@ -237,6 +237,77 @@ Eigen::MatrixXd orthonormal(const std::vector<Series> &series) {
   return t;
 }
 
+// Of the fields and the residual of a run, at most; on the stack, or most time goes into memory.
+constexpr int kMostColumns = static_cast<int>(NOISE_MAX_RAW) + 1;
+using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostColumns, kMostColumns>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostColumns, 1>;
+
+// All that a round of improve() needs of a run: products of its columns, the fields and then the
+// residual, over its blocks, weighted by w^2. By them a round costs no pass over the blocks.
+struct Products {
+  // Of columns c and those of the block before, c-: sums of c c', c c-' and c- c-'.
+  struct Lagged {
+    Small own, cross, before;
+  };
+  Lagged next, apart; // over blocks that adjoin the one before, and over those behind a gap
+  Small first;        // c c' over those without one before
+  double known = 0.0; // blocks
+
+  // The columns become the fields times t, and the residual as it is.
+  Products of_fields(const Eigen::MatrixXd &t) const;
+  // Of innovations(), times w: of all columns.
+  Small of_innovations(double rho) const;
+};
+
+Products products_of(const Series &s) {
+  const Eigen::Index k = s.raw.cols(), n = s.r.size();
+  Eigen::MatrixXd c(n, k + 1), before = Eigen::MatrixXd::Zero(n, k + 1);
+  c << s.raw, s.r;
+  before.bottomRows(n - 1) = c.topRows(n - 1);
+  const Eigen::VectorXd w2 = s.w.array().square();
+  const auto lagged = [&](const Eigen::VectorXd &which) {
+    const Eigen::MatrixXd weighted = w2.cwiseProduct(which).asDiagonal() * c;
+    const Eigen::MatrixXd last = w2.cwiseProduct(which).asDiagonal() * before;
+    return Products::Lagged{c.transpose() * weighted, weighted.transpose() * before,
+                            before.transpose() * last};
+  };
+  const Eigen::VectorXd alone = ((s.next.array() > 0.0) || (s.apart.array() > 0.0)).select(0.0, w2);
+  return {lagged(s.next), lagged(s.apart), c.transpose() * (alone.asDiagonal() * c), s.known.sum()};
+}
+
+std::vector<Products> products_of(const std::vector<Series> &series) {
+  std::vector<Products> all;
+  all.reserve(series.size());
+  for (const Series &s : series)
+    all.push_back(products_of(s));
+  return all;
+}
+
+Products Products::of_fields(const Eigen::MatrixXd &t) const {
+  Small with = Small::Zero(t.rows() + 1, t.cols() + 1);
+  with.topLeftCorner(t.rows(), t.cols()) = t;
+  with(t.rows(), t.cols()) = 1.0;
+  const auto to = [&](const Small &m) -> Small { return with.transpose() * (m * with); };
+  const auto each = [&](const Lagged &m) { return Lagged{to(m.own), to(m.cross), to(m.before)}; };
+  return {each(next), each(apart), to(first), known};
+}
+
+Small Products::of_innovations(double rho) const {
+  const auto filtered = [&](const Lagged &m) -> Small {
+    return m.own - rho * (m.cross + m.cross.transpose()) + rho * rho * m.before;
+  };
+  const double gap = rimi_noise_gap_weight(rho);
+  return filtered(next) + gap * gap * filtered(apart) + (1.0 - rho * rho) * first;
+}
+
+std::vector<Products> of_fields(const std::vector<Products> &runs, const Eigen::MatrixXd &t) {
+  std::vector<Products> all;
+  all.reserve(runs.size());
+  for (const Products &run : runs)
+    all.push_back(run.of_fields(t));
+  return all;
+}
+
 struct Effects {
   Eigen::MatrixXd prior; // covariance of b
   double s2 = 1.0, rho = 0.0;
@@ -244,31 +315,27 @@ struct Effects {
 };
 
 // One round: estimates the effects of every run given prior, s2 and rho; then those given them,
-// without rho where it is given.
-void improve(const std::vector<Series> &series, const Eigen::MatrixXd &t, bool diagonal,
-             Effects *e) {
-  const Eigen::Index k = t.cols();
-  const Eigen::MatrixXd precision = e->prior.inverse();
-  Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(k, k);
+// without rho where it is given. O(runs k^3) for k fields.
+void improve(const std::vector<Products> &runs, bool diagonal, Effects *e) {
+  const Eigen::Index k = e->prior.rows();
+  const Small precision = e->prior.inverse();
+  Small moments = Small::Zero(k, k);
   double squares = 0.0, n = 0.0, lag = 0.0, power = 0.0;
-  for (const Series &s : series) {
-    const Eigen::MatrixXd fields = s.raw * t;
-    const Eigen::MatrixXd x = s.w.asDiagonal() * innovations(s, fields, e->rho);
-    const Eigen::VectorXd y = s.w.asDiagonal() * innovations(s, s.r, e->rho);
-    const Eigen::MatrixXd xx = x.transpose() * x;
-    const Eigen::MatrixXd v = (xx / e->s2 + precision).inverse();
-    const Eigen::VectorXd b = v * (x.transpose() * y) / e->s2;
+  for (const Products &run : runs) {
+    const Small m = run.of_innovations(e->rho);
+    const Small xx = m.topLeftCorner(k, k);
+    const SmallVector xy = m.col(k).head(k);
+    const Small v = (xx / e->s2 + precision).inverse();
+    const SmallVector b = v * xy / e->s2;
     moments += b * b.transpose() + v;
-    squares += (y - x * b).squaredNorm() + (v * xx).trace();
-    n += s.known.sum();
-    const Eigen::VectorXd rest = s.r - fields * b;
-    for (Eigen::Index i = 1; i < rest.size(); ++i) {
-      const double weight = s.next[i] * s.w[i] * s.w[i];
-      lag += weight * rest[i] * rest[i - 1];
-      power += weight * rest[i - 1] * rest[i - 1];
-    }
+    squares += m(k, k) - 2.0 * b.dot(xy) + b.dot(xx * b) + v.cwiseProduct(xx).sum();
+    n += run.known;
+    SmallVector rest(k + 1); // of the columns, that leaves the residual less the effects
+    rest << -b, 1.0;
+    lag += rest.dot(run.next.cross * rest);
+    power += rest.dot(run.next.before * rest);
   }
-  moments /= static_cast<double>(series.size());
+  moments /= static_cast<double>(runs.size());
   const Eigen::MatrixXd only = moments.diagonal().asDiagonal();
   e->prior = diagonal ? only : Eigen::MatrixXd(0.7 * moments + 0.3 * only);
   e->prior.diagonal().array() += 1e-9 * e->s2;
@@ -308,7 +375,8 @@ double slow_power(const std::vector<Series> &series, const Eigen::MatrixXd &t, c
 // that are far larger than AR(1) noise of that correlation has. Every hypothesis is such a sum: rho
 // is raised until the sums are as large as they would be, and quick noise is thought larger than it
 // is. Otherwise the inflation phi would answer, which makes the run's effects larger as well.
-void raise_rho(const std::vector<Series> &series, const Eigen::MatrixXd &t, Effects *e) {
+void raise_rho(const std::vector<Series> &series, const std::vector<Products> &runs,
+               const Eigen::MatrixXd &t, Effects *e) {
   if (slow_power(series, t, *e) <= kSlowPower)
     return;
   double low = e->rho, high = kMostRho;
@@ -316,7 +384,7 @@ void raise_rho(const std::vector<Series> &series, const Eigen::MatrixXd &t, Effe
   for (int i = 0; i < kHalvings; ++i) {
     e->rho = 0.5 * (low + high);
     for (int k = 0; k < kHalvingRounds; ++k)
-      improve(series, t, true, e);
+      improve(runs, true, e);
     (slow_power(series, t, *e) > kSlowPower ? low : high) = e->rho;
   }
 }
@@ -338,8 +406,10 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
   }
   e.s2 = 0.5 * power;
   e.prior = Eigen::MatrixXd::Identity(t.cols(), t.cols()) * 0.3 * power;
+  const std::vector<Products> of_raw = products_of(series);
+  std::vector<Products> runs = of_fields(of_raw, t);
   for (int i = 0; i < kRounds; ++i)
-    improve(series, t, false, &e);
+    improve(runs, false, &e);
   // Principal effects: the few along which runs differ most.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(e.prior);
   const Eigen::Index kept = std::min(kFields, t.cols());
@@ -347,9 +417,10 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
   t = t * leading;
   e.prior =
       solver.eigenvalues().tail(kept).reverse().array().max(1e-9 * e.s2).matrix().asDiagonal();
+  runs = of_fields(of_raw, t);
   for (int i = 0; i < kRounds; ++i)
-    improve(series, t, true, &e);
-  raise_rho(series, t, &e);
+    improve(runs, true, &e);
+  raise_rho(series, runs, t, &e);
   const double s = std::sqrt(e.s2);
   c->s = static_cast<double>(static_cast<float>(s));
   c->rho = static_cast<double>(static_cast<float>(e.rho));
@@ -492,9 +563,8 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
   noise.decay_s = static_cast<double>(static_cast<float>(noise.run_s / 10.0));
   noise.trend_s = static_cast<double>(static_cast<float>(-block_s / std::log(AGREEMENT_KEEPS)));
   noise.means = basis.means.size();
-  const auto gaps = std::count_if(seen.begin(), seen.end(), [block_s](const SearchRun &run) {
-    return has_gap(run, block_s);
-  });
+  const auto gaps = std::count_if(
+      seen.begin(), seen.end(), [block_s](const SearchRun &run) { return has_gap(run, block_s); });
   noise.with_gaps = 2 * static_cast<std::size_t>(gaps) >= seen.size();
   noise.runs = which.size();
   const auto outcomes = seen.front().predicted->cols();
@@ -554,9 +624,9 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   bytes.f32(static_cast<float>(noise.activity));
   for (const ChannelNoise &c : noise.channels) {
     for (const double v :
-         {c.active ? std::max(1.0, c.limit) : 0.0, static_cast<double>(c.combination.rows()),
-          c.rho, c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2],
-          c.ln_sigma[3], c.ln_sigma[4]})
+         {c.active ? std::max(1.0, c.limit) : 0.0, static_cast<double>(c.combination.rows()), c.rho,
+          c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2], c.ln_sigma[3],
+          c.ln_sigma[4]})
       bytes.f32(static_cast<float>(v));
     for (std::size_t k = 0; k < fields; ++k)
       bytes.f32(1.0F);
