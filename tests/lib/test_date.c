@@ -190,6 +190,32 @@ static void what_is_constant_in_a_region_is_dated_as_a_step(void **state) {
   assert_true(10 * all.covered >= 8 * all.cases);
 }
 
+/* It reads low at first and then ever higher: what is said to read high does not begin where it
+ * reads low in the mean. */
+static void an_onset_of_the_other_sign_is_not_taken(void **state) {
+  (void)state;
+  static bench b;
+  uint32_t kept = 0;
+  for (uint32_t draws = 0; draws < 8; ++draws) {
+    world w = make_world(false, 0.4, 0.0);
+    draw(&w, BLOCKS, 700 + draws);
+    for (uint32_t i = ONSET; i < BLOCKS; ++i)
+      w.r[i] += w.feature[i][0] >= 128 ? w.s * (0.16 * (double)(i - ONSET) - 9.0) : 0.0;
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, 0);
+    search_hypothesis h = {.family = SEARCH_INTERVAL_SINCE,
+                           .first = {SEARCH_BINS / 2},
+                           .last = {SEARCH_BINS - 1},
+                           .onset = BLOCKS - 25};
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && h.shift > 0.0f);
+    double sd;
+    rimi_search_date(b.search, &h, &sd);
+    assert_true(h.shift > 0.0f && sd > 0.0);
+    kept += h.onset == BLOCKS - 25;
+  }
+  assert_int_equal(kept, 8);
+}
+
 /* An outcome upside down is dated as before: what read high reads low, a gain is the same. */
 static void upside_down_it_begins_at_the_same_time(void **state) {
   (void)state;
@@ -330,6 +356,7 @@ int main(void) {
       cmocka_unit_test(two_shapes_are_dated_where_they_begin),
       cmocka_unit_test(one_shape_is_dated_as_before),
       cmocka_unit_test(what_grows_in_a_region_is_dated_where_it_begins),
+      cmocka_unit_test(an_onset_of_the_other_sign_is_not_taken),
       cmocka_unit_test(what_is_constant_in_a_region_is_dated_as_a_step),
       cmocka_unit_test(upside_down_it_begins_at_the_same_time),
       cmocka_unit_test(effects_are_judged_from_half_a_run_on),

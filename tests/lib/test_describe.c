@@ -582,17 +582,21 @@ static void an_onset_is_kept(void **state) {
     uint16_t channel; /* that was explained */
     search_family before;
     uint32_t onset;
-    bool kept;
-  } of[] = {{true, true, true, B0, SEARCH_BOX, SEARCH_FROM_START, true},
-            {false, true, true, B0, SEARCH_INTERVAL, SEARCH_FROM_START, true},
-            {true, true, true, B0, SEARCH_INTERVAL, SEARCH_FROM_START, false},
-            {false, true, true, B0, SEARCH_BOX, SEARCH_FROM_START, false},
-            {true, true, true, B0, SEARCH_BOX_SINCE, 20, true},
-            {false, true, true, B0, SEARCH_INTERVAL_SINCE, 20, true},
-            {false, true, true, B0, SEARCH_INTERVAL_SINCE, LONG - TRAINED_RING + 1, false},
-            {true, false, true, B0, SEARCH_BOX, SEARCH_FROM_START, false},
-            {true, true, false, B0, SEARCH_BOX, SEARCH_FROM_START, false},
-            {true, true, true, B1, SEARCH_BOX, SEARCH_FROM_START, false}};
+    bool kept, throughout; /* found without an onset */
+  } of[] = {{true, true, true, B0, SEARCH_BOX, SEARCH_FROM_START, true, false},
+            {false, true, true, B0, SEARCH_INTERVAL, SEARCH_FROM_START, true, false},
+            {true, true, true, B0, SEARCH_INTERVAL, SEARCH_FROM_START, false, false},
+            {false, true, true, B0, SEARCH_BOX, SEARCH_FROM_START, false, false},
+            {true, true, true, B0, SEARCH_BOX_SINCE, 20, true, false},
+            {false, true, true, B0, SEARCH_INTERVAL_SINCE, 20, true, false},
+            {false, true, true, B0, SEARCH_INTERVAL_SINCE, LONG - TRAINED_RING + 1, false, false},
+            {true, false, true, B0, SEARCH_BOX, SEARCH_FROM_START, false, false},
+            {true, true, false, B0, SEARCH_BOX, SEARCH_FROM_START, false, false},
+            {true, true, true, B0, SEARCH_BOX_SINCE, 20, true, true},
+            {false, true, true, B0, SEARCH_INTERVAL_SINCE, 20, true, true},
+            {false, true, true, B0, SEARCH_INTERVAL_SINCE, LONG - TRAINED_RING, false, true},
+            {false, true, true, B0, SEARCH_BOX_SINCE, 20, false, true},
+            {true, true, true, B1, SEARCH_BOX, SEARCH_FROM_START, false, false}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     const recipe r = without_integrals();
     from(&r, false);
@@ -604,6 +608,11 @@ static void an_onset_is_kept(void **state) {
     search_hypothesis h = region_since(of[i].box, oldest);
     assert_true(rimi_search_evaluate_channel(m->search, B0, &h) && h.shift > 0.0f);
     const uint32_t first = rimi_search_first_inside(m->search, &h); /* that tells of it */
+    if (of[i].throughout) {
+      h.family = of[i].box ? SEARCH_BOX : SEARCH_INTERVAL;
+      h.onset = SEARCH_FROM_START;
+      assert_true(rimi_search_evaluate_channel(m->search, B0, &h));
+    }
     search_state(m->search, B0)->region = h;
     if (of[i].stands)
       stand(0);

@@ -125,7 +125,7 @@ static void a_place_is_told_from_the_time_that_passes(void **state) {
 
 /* Feature 0 is outcome 1, which follows feature 1, and explains a little more than it does: one
  * block of those planted by feature 0 may lie elsewhere in feature 1. Where feature 1 is a
- * command, that is named; where it is an outcome as well, what explains most. */
+ * command, that is named; where it is an outcome as well, or all are, what explains most. */
 static void what_the_vehicle_is_given_is_named(void **state) {
   (void)state;
   static bench b;
@@ -135,9 +135,10 @@ static void what_the_vehicle_is_given_is_named(void **state) {
       w.feature[i][1] = i == 75 ? (uint8_t)~w.feature[i][0] : w.feature[i][0];
       w.r[i] += w.feature[i][0] >= EDGE ? 5.0 * w.s : 0.0;
     }
-    for (uint8_t command = 0; command < 2; ++command) {
-      const uint8_t region[2 * 2 * FEATURES] = {9,    0,    0xff, 0xff, 8,    0,
-                                                0xff, 0xff, 7,    0,    0xff, 0xff};
+    for (uint8_t which = 0; which < 3; ++which) {
+      const uint8_t command = which == 1 ? 1 : 0, other = which == 2 ? 9 : 7;
+      const uint8_t region[2 * 2 * FEATURES] = {9,    0,    0xff,  0xff, 8,    0,
+                                                0xff, 0xff, other, 0,    0xff, 0xff};
       const uint8_t outcome_feature[2 * OUTCOMES] = {command ? 6 : 8, 0, 9, 0};
       start(&b, &w, BLOCKS);
       search_config named = b.config;
