@@ -47,6 +47,23 @@ static void silence_is_longer_than_its_time(void **state) {
   assert_true(rimi_alarm_life_idle(&life, 20.001));
 }
 
+/* Of either detector, steps on both sides of a silence are not in a row. */
+static void silence_breaks_what_each_detector_found(void **state) {
+  (void)state;
+  for (uint32_t detector = 0; detector < RIM_DETECTORS; ++detector) {
+    rim_alarm_life_config config = {.policy = {.stale_s = 20.0}};
+    config.slot[0] = config.slot[1] = (rim_alarm_slot_config){.raise_steps = 2};
+    assert_int_equal(rimi_alarm_life_init(&life, &config), RIM_OK);
+    rim_alarm a = finding(20.0);
+    a.detector = (uint8_t)detector;
+    rimi_alarm_life_row(&life, 0.0);
+    rimi_alarm_life_step(&life, detector, 0.0, &a);
+    assert_int_equal(life.slot[detector].found, 1);
+    rimi_alarm_life_row(&life, 30.0);
+    assert_int_equal(life.slot[detector].found, 0);
+  }
+}
+
 /* An update may leave when its time has just passed, and when ln anom has just moved by its share;
  * what has not moved at all is none. */
 static void an_update_that_is_just_one(void **state) {
@@ -132,6 +149,7 @@ static void the_older_record_leaves_first(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(silence_is_longer_than_its_time),
+      cmocka_unit_test(silence_breaks_what_each_detector_found),
       cmocka_unit_test(an_update_that_is_just_one),
       cmocka_unit_test(what_is_not_named_makes_no_other_alarm),
       cmocka_unit_test(what_would_raise),

@@ -334,8 +334,29 @@ static void a_repair_refuses(void **state) {
                    RIM_E_CRC);
 }
 
+/* Memory that another library left holds by its own sums. */
+static void memory_of_another_library_is_not_attached(void **state) {
+  (void)state;
+  static bench b;
+  make_bench(&b, false);
+  for (uint32_t i = 0; i < 3; ++i) {
+    uint32_t *word[3] = {&b.monitor->magic, &b.monitor->library, &b.monitor->header_bytes};
+    *word[i] ^= 1u;
+    rimi_guard_leave_header(b.monitor);
+    assert_true(rimi_guard_header_holds(b.monitor));
+    rim_monitor *m = NULL;
+    assert_int_equal(rim_monitor_attach(&m, b.memory, TRAINED_SIZE, b.blob.byte, b.blob.size),
+                     RIM_E_DATA);
+    *word[i] ^= 1u;
+    rimi_guard_leave_header(b.monitor);
+    assert_int_equal(rim_monitor_attach(&m, b.memory, TRAINED_SIZE, b.blob.byte, b.blob.size),
+                     RIM_OK);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(memory_of_another_library_is_not_attached),
       cmocka_unit_test(nothing_is_found_in_memory_that_holds),
       cmocka_unit_test(control_is_checked_before_it_is_used),
       cmocka_unit_test(a_kept_alarm_is_checked),
