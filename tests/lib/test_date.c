@@ -127,8 +127,8 @@ static void one_shape_is_dated_as_before(void **state) {
   }
 }
 
-/* Deviates only where feature 0 is inside an interval, and is found there in this shape; *plain: how far off the best step inside the
- * same place begins. */
+/* Deviates only where feature 0 is inside an interval, and is found there in this shape; *plain:
+ * how far off the best step inside the same place begins. */
 static dated date_region(deviation of, search_shape shape, dated *plain) {
   dated all = {0};
   static bench b;

@@ -170,8 +170,8 @@ static bool reads_high(const rim_search *s, const search_hypothesis *h) {
 }
 
 /* Of a step, a ramp and a gain, what explains most since this onset, with the sign of before; of a
- * region what it explains since then. Where none alone says much since there the hypothesis stays as
- * it was: false. */
+ * region what it explains since then. Where none alone says much since there the hypothesis stays
+ * as it was: false. */
 static bool judge_again(rim_search *s, search_hypothesis *h, uint32_t onset) {
   search_hypothesis best = *h;
   if (search_dims(h) > 0) {

@@ -127,7 +127,7 @@ struct rim_search {
   uint32_t excluded_from, excluded_to;          /* blocks of the newest rimi_search_exclude() */
   uint32_t excludes[SEARCH_MAX_CHANNELS / 32u]; /* a bit per channel that still holds them */
   float *maxima;
-  /* Of the channel that explains most: its best region by worth, for state->region may be a time. */
+  /* Of the channel that explains most: its best region by worth; state->region may be a time. */
   search_hypothesis placed;
   uint16_t placed_channel;
   search_hypothesis in_time[SEARCH_FIELD + 1]; /* of the channel in turn: best by ratio of each */
@@ -336,8 +336,8 @@ void rimi_search_sum_in_time(const rim_search *s, const search_hypothesis *h, se
 void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h);
 /* Moves the onset where two shapes together explain clearly more than its own shape; then it is the
  * one of the three families that explains most since there. Of a region since an onset, of shape
- * CONSTANT or PROPORTIONAL, the onset alone moves, also where it grows. *onset_sd: blocks. Cost: one pass over
- * the ring with four models per block, and three passes where it moves. */
+ * CONSTANT or PROPORTIONAL, the onset alone moves, also where it grows. *onset_sd: blocks. Cost:
+ * one pass over the ring with five models per block, and three passes where it moves. */
 void rimi_search_date(rim_search *s, search_hypothesis *h, double *onset_sd);
 
 /* contrary.c */
@@ -353,8 +353,8 @@ double rimi_search_baseline(rim_search *s, const search_hypothesis *h);
 void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h);
 
 /* search.c */
-/* The best of a channel's regions; where its best in part is a time (DURING), the best beside it, if
- * that is known: of the channel that explains most. As it was when it was last judged. */
+/* The best of a channel's regions; where its best in part is a time (DURING), the best beside it,
+ * if that is known: of the channel that explains most. As it was when it was last judged. */
 const search_hypothesis *rimi_search_region(const rim_search *s, uint32_t channel);
 /* Whether the feature is the measured reading of the outcome of the channel in turn. */
 bool rimi_search_is_own(const rim_search *s, uint32_t feature);
