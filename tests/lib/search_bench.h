@@ -23,7 +23,10 @@
 #ifndef BENCH_FIELDS
 #define BENCH_FIELDS 3 /* of the run's effects; what is more than three moves nothing */
 #endif
-enum { FEATURES = 3, OUTCOMES = 2, KINDS = 4, CHANNELS = KINDS * OUTCOMES, MEANS = BENCH_MEANS };
+#ifndef BENCH_FEATURES
+#define BENCH_FEATURES 3
+#endif
+enum { FEATURES = BENCH_FEATURES, OUTCOMES = 2, KINDS = 4, CHANNELS = KINDS * OUTCOMES, MEANS = BENCH_MEANS };
 enum { RAW = 4 + MEANS, FIELDS = BENCH_FIELDS, RING = 48, MOST_BLOCKS = 160, TURN = 16 };
 #define SEED 4242u
 #define BLOCK_S 0.5
