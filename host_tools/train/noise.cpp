@@ -32,6 +32,7 @@ constexpr double kMostRho = 0.97;
 constexpr std::array<Eigen::Index, 4> kWidths = {4, 8, 16, 32};
 constexpr double kSlowPower = 1.1;
 constexpr Eigen::Index kLeastSums = 16; // in a run: what is slower is the run's own wander
+constexpr double kRounding = 1e-12;     // of a run's squares: below, effects leave nothing
 constexpr int kHalvings = 6, kHalvingRounds = 6;
 // Squares of the prediction and of the activity, among a constant and the scale's terms.
 constexpr Eigen::Index kSquare = 2, kSquareActivity = 4;
@@ -328,7 +329,9 @@ void improve(const std::vector<Products> &runs, bool diagonal, Effects *e) {
     const Small v = (xx / e->s2 + precision).inverse();
     const SmallVector b = v * xy / e->s2;
     moments += b * b.transpose() + v;
-    squares += m(k, k) - 2.0 * b.dot(xy) + b.dot(xx * b) + v.cwiseProduct(xx).sum();
+    const double left =
+        m(k, k) - 2.0 * b.dot(xy) + b.dot(xx * b); // a difference of sums, which have rounding
+    squares += std::max(left, kRounding * m(k, k)) + v.cwiseProduct(xx).sum();
     n += run.known;
     SmallVector rest(k + 1); // of the columns, that leaves the residual less the effects
     rest << -b, 1.0;
