@@ -267,9 +267,9 @@ Products products_of(const Series &s) {
   before.bottomRows(n - 1) = c.topRows(n - 1);
   const Eigen::VectorXd w2 = s.w.array().square();
   const auto lagged = [&](const Eigen::VectorXd &which) {
-    const Eigen::MatrixXd weighted = w2.cwiseProduct(which).asDiagonal() * c;
-    const Eigen::MatrixXd last = w2.cwiseProduct(which).asDiagonal() * before;
-    return Products::Lagged{c.transpose() * weighted, weighted.transpose() * before,
+    const Eigen::VectorXd weight = w2.cwiseProduct(which);
+    const Eigen::MatrixXd last = weight.asDiagonal() * before;
+    return Products::Lagged{c.transpose() * (weight.asDiagonal() * c), c.transpose() * last,
                             before.transpose() * last};
   };
   const Eigen::VectorXd alone = ((s.next.array() > 0.0) || (s.apart.array() > 0.0)).select(0.0, w2);
@@ -329,8 +329,8 @@ void improve(const std::vector<Products> &runs, bool diagonal, Effects *e) {
     const Small v = (xx / e->s2 + precision).inverse();
     const SmallVector b = v * xy / e->s2;
     moments += b * b.transpose() + v;
-    const double left =
-        m(k, k) - 2.0 * b.dot(xy) + b.dot(xx * b); // a difference of sums, which have rounding
+    // |y - x b|^2 as a difference of sums, which have rounding.
+    const double left = m(k, k) - 2.0 * b.dot(xy) + b.dot(xx * b);
     squares += std::max(left, kRounding * m(k, k)) + v.cwiseProduct(xx).sum();
     n += run.known;
     SmallVector rest(k + 1); // of the columns, that leaves the residual less the effects

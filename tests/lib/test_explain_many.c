@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* search/explain.c: of many features that explain a finding since its onset three are looked at, and
- * the best of them is said, in whatever order they come. */
+/* search/explain.c: of many features that explain a finding since its onset three are looked at,
+ * and the best of them is said, in whatever order they come. */
 #define BENCH_FEATURES 12
 #include "search_bench.h"
 

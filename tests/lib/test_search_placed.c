@@ -130,6 +130,25 @@ static void it_is_of_the_leading_channel(void **state) {
   assert_false(rimi_search_indices_hold(b.search));
 }
 
+/* What came and went is judged anew before it is said, of a channel without such a region too. */
+static void a_time_of_another_channel_is_judged_anew(void **state) {
+  (void)state;
+  world w = make_world(true, 0.4, 0.0);
+  draw(&w, BLOCKS, 31);
+  for (uint32_t i = 50; i < 80; ++i)
+    w.r[i] += SHIFT * w.s;
+  search_all(&w);
+  search_hypothesis *part = &search_state(b.search, 0)->region;
+  assert_int_equal(part->family, SEARCH_DURING);
+  b.search->placed_channel = 1;
+  part->end -= 2; /* as it was found when less was known */
+  search_hypothesis h;
+  double sd;
+  rimi_search_explain(b.search, 0, &h, &sd);
+  assert_int_equal(h.family, SEARCH_DURING);
+  assert_int_equal(h.end, 80);
+}
+
 /* Where the best finding in part is a region, it is that. */
 static void a_region_is_its_own(void **state) {
   (void)state;
@@ -147,6 +166,7 @@ int main(void) {
       cmocka_unit_test(what_is_most_of_the_run_did_not_come_and_go),
       cmocka_unit_test(what_came_and_went_is_not_called_the_rest),
       cmocka_unit_test(it_is_of_the_leading_channel),
+      cmocka_unit_test(a_time_of_another_channel_is_judged_anew),
       cmocka_unit_test(a_region_is_its_own),
   };
   printf("seeds 1 to 6, 11 to 16, 21 to 26\n");

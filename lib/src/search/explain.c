@@ -273,10 +273,11 @@ static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
     rimi_search_evaluate(s, &h);
     rimi_search_refine_during(s, &h);
     search_hypothesis placed = *rimi_search_region(s, channel);
-    if (search_dims(&placed) > 0)
+    const bool is_region = search_dims(&placed) > 0;
+    if (is_region)
       refine(s, &placed, 1);
     /* Of the other sign it is the rest, unless what came and went is most of the run. */
-    if ((placed.shift * h.shift > 0.0f || 2u * h.blocks > s->held) &&
+    if (is_region && (placed.shift * h.shift > 0.0f || 2u * h.blocks > s->held) &&
         rimi_search_worth(s, channel, &placed) > PLACED * rimi_search_worth(s, channel, &h))
       h = placed;
   } else {
