@@ -106,8 +106,8 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     plan->ring = wide ? 244 : 256;
     plan->pairs = wide ? 3 : 4;
   } else if (plan->layout.external && few_rows) {
-    plan->edges = 144;
-    plan->moves = 192;
+    plan->edges = 288;
+    plan->moves = 600;
   }
 }
 

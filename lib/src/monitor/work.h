@@ -33,9 +33,10 @@
  * pair, H = B (B + 1) / 2 intervals, 136 = 16 * 17 / 2 of 16 conditional bins:
  *   search  U times (rimi_select_work):
  *     scans   min(S, r c) intervals: B prefix sums and H hypotheses; r comparisons each
- *     edges   at most 3 bases: r c comparisons and R points each; E + 4 conditional intervals,
- *             for an edge that comes near is tried in 4 more shears: R points, 16 prefix sums, 136
- *             hypotheses; every fifth of them one offer: 1 ellipse, 48 evidences
+ *     edges   at most 3 bases: r c comparisons and R points each; E + 5 conditional intervals,
+ *             for an edge that comes near is tried in 4 more shears and, but in the small profile,
+ *             its base once more: R points, 16 prefix sums, 136 hypotheses; every sixth of them, or
+ *             fifth, one offer: 1 ellipse, 48 evidences
  *     enter   1 pair in the small profile, else 2: G (G + 1) cells cleared, R points put, G^2
  *             accumulated, 24 ellipses of G rows
  *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; in the

@@ -194,61 +194,100 @@ static double evidence_bound(const channel_state *state, const int32_t *n, const
   return 0.5 * SELECT_RESIDUAL_STEP * SELECT_RESIDUAL_STEP * best / (double)state->a;
 }
 
+/* Sums of the ring's observations in EDGE_BINS bins, in steps: below 4096 * 32768 = 2^27. */
+typedef struct histogram {
+  int32_t n[EDGE_BINS], s[EDGE_BINS];
+} histogram;
+
+static found best_of(const channel_state *state, const histogram *h) {
+  prefix p;
+  p.n[0] = p.s[0] = p.v[0] = 0.0;
+  for (uint32_t k = 0; k < EDGE_BINS; ++k) {
+    p.n[k + 1] = p.n[k] + (double)h->n[k];
+    p.s[k + 1] = p.s[k] + (double)h->s[k] * SELECT_RESIDUAL_STEP;
+    p.v[k + 1] = (double)state->b * p.n[k + 1];
+  }
+  return most_anomalous(&p, EDGE_BINS, (double)state->a);
+}
+
+/* Where the base interval has its middle, in bytes: there shear moves nothing. */
+static int32_t middle_of_base(const rim_select *e) {
+  return ((int32_t)e->base_first + e->base_last + 1) * 256 / (2 * e->bins);
+}
+
+/* Bin of f + shear / 64 * (base - middle). */
+static uint32_t sheared_bin(const rim_select *e, const uint8_t *row, uint16_t f, int32_t shear,
+                            int32_t middle) {
+  int32_t g = row[f];
+  if (shear != 0) {
+    g += (((int32_t)row[e->base_feature] - middle) * shear) / 64;
+    g = g < 0 ? 0 : g > 255 ? 255 : g;
+  }
+  return ((uint32_t)g * EDGE_BINS) >> 8;
+}
+
 /* The most anomalous interval of f + shear / 64 * (base - its middle) among the masked: H3 with
  * shear 0; with others a parallelogram, since an oblique region has no good rectangle. Its ln_anom
  * is -1 where it is certainly below `least`. */
 static found conditional(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f,
                          int32_t shear, double least) {
   const channel_state *state = select_channel(e, e->base_channel);
-  const int32_t middle = ((int32_t)e->base_first + e->base_last + 1) * 256 / (2 * e->bins);
+  const int32_t middle = middle_of_base(e);
   const uint8_t *ring = select_row(e, 0);
   const int16_t *residual = select_residual(e, 0) + e->base_channel;
-  int32_t n[EDGE_BINS] = {0};
-  int32_t s[EDGE_BINS] = {0}; /* in steps: below 4096 * 32768 = 2^27 */
+  histogram h = {0};
   for (uint32_t i = 0; i < masked; ++i) {
     const uint8_t *row = ring + (size_t)mask[i] * e->features;
-    int32_t g = row[f];
-    if (shear != 0) {
-      g += (((int32_t)row[e->base_feature] - middle) * shear) / 64;
-      g = g < 0 ? 0 : g > 255 ? 255 : g;
-    }
-    const uint32_t k = ((uint32_t)g * EDGE_BINS) >> 8;
-    ++n[k];
-    s[k] += residual[(size_t)mask[i] * e->channels];
+    const uint32_t k = sheared_bin(e, row, f, shear, middle);
+    ++h.n[k];
+    h.s[k] += residual[(size_t)mask[i] * e->channels];
   }
   ++e->effort.edges;
-  if (evidence_bound(state, n, s) < least)
+  if (evidence_bound(state, h.n, h.s) < least)
     return (found){-1.0, 0, 0};
-  prefix p;
-  p.n[0] = p.s[0] = p.v[0] = 0.0;
-  for (uint32_t k = 0; k < EDGE_BINS; ++k) {
-    p.n[k + 1] = p.n[k] + (double)n[k];
-    p.s[k + 1] = p.s[k] + (double)s[k] * SELECT_RESIDUAL_STEP;
-    p.v[k + 1] = (double)state->b * p.n[k + 1];
+  return best_of(state, &h);
+}
+
+/* The most anomalous interval of the base where the sheared f lies in the interval `given`. */
+static found base_given(rim_select *e, uint16_t f, int32_t shear, const found *given) {
+  const int32_t middle = middle_of_base(e);
+  histogram h = {0};
+  for (uint32_t slot = 0; slot < e->held; ++slot) {
+    const uint8_t *row = select_row(e, slot);
+    const uint32_t k = sheared_bin(e, row, f, shear, middle);
+    if (k < given->first || k > given->last)
+      continue;
+    const uint32_t b = ((uint32_t)row[e->base_feature] * EDGE_BINS) >> 8;
+    ++h.n[b];
+    h.s[b] += select_residual(e, slot)[e->base_channel];
   }
-  return most_anomalous(&p, EDGE_BINS, (double)state->a);
+  ++e->effort.edges;
+  return best_of(select_channel(e, e->base_channel), &h);
+}
+
+/* Two opposite sides of a parallelogram, in unit features. */
+typedef struct sides {
+  double low, high;
+} sides;
+
+/* A side on the edge of the range is moved outwards: what lies beyond is unknown, and an ellipse
+ * that ends there would cut the corners. */
+static sides sides_of(uint32_t first, uint32_t last, uint32_t bins) {
+  sides s = {(double)first / (double)bins, ((double)last + 1.0) / (double)bins};
+  const double grown = GROWTH_AT_EDGE * (s.high - s.low);
+  if (first == 0)
+    s.low -= grown;
+  if (last + 1u == bins)
+    s.high += grown;
+  return s;
 }
 
 /* The parallelogram as an offer to the pool: half sides, and the matrix A of the ellipse that
- * touches it (a little larger). A side on the edge of the range is moved outwards: what lies beyond
- * is unknown, and an ellipse that ends there would cut the corners. */
-static select_offer offer_of(const rim_select *e, uint16_t f, const found *best, int32_t shear) {
-  const double bins[2] = {(double)e->bins, (double)EDGE_BINS};
-  const double first[2] = {(double)e->base_first, (double)best->first};
-  const double last[2] = {(double)e->base_last, (double)best->last};
-  double center[2];
-  double half[2];
-  for (uint32_t k = 0; k < 2; ++k) {
-    double low = first[k] / bins[k];
-    double high = (last[k] + 1.0) / bins[k];
-    const double grown = GROWTH_AT_EDGE * (high - low);
-    if (low <= 0.0)
-      low -= grown;
-    if (high >= 1.0)
-      high += grown;
-    center[k] = 0.5 * (low + high);
-    half[k] = 0.5 * (high - low);
-  }
+ * touches it (a little larger). f's sides are those in the middle of the base's. */
+static select_offer offer_of(const rim_select *e, uint16_t f, const sides *base, const sides *other,
+                             int32_t shear, double h3) {
+  const double half[2] = {0.5 * (base->high - base->low), 0.5 * (other->high - other->low)};
+  const double center[2] = {0.5 * (base->low + base->high), 0.5 * (other->low + other->high)};
   const double wide = half[0] * ELLIPSE_OVER_BOX;
   const double tall = half[1] * ELLIPSE_OVER_BOX;
   const double slope = -(double)shear / 64.0;
@@ -262,12 +301,33 @@ static select_offer offer_of(const rim_select *e, uint16_t f, const found *best,
       .center = {center[swap ? 1 : 0], center[swap ? 0 : 1]},
       .half = {half[swap ? 1 : 0], half[swap ? 0 : 1]},
       .shape = {swap ? f_f : base_base, slope * base_base, swap ? base_base : f_f},
-      .h3 = best->ln_anom,
+      .h3 = h3,
   };
 }
 
+/* Offers what was found of (base, f); before it, but in the small profile, the base gets the
+ * interval that is best there: its own was found over all values of f. */
+static void offer_edge(rim_select *e, uint16_t f, const found *best, int32_t shear) {
+  sides base = sides_of(e->base_first, e->base_last, e->bins);
+  sides other = sides_of(best->first, best->last, EDGE_BINS);
+  double h3 = best->ln_anom;
+  if (!e->small) {
+    const found refined = base_given(e, f, shear, best);
+    if (refined.ln_anom > h3) {
+      const double middle = base.low + base.high;
+      base = sides_of(refined.first, refined.last, EDGE_BINS);
+      const double moved = 0.5 * (base.low + base.high - middle) * (double)shear / 64.0;
+      other.low -= moved;
+      other.high -= moved;
+      h3 = refined.ln_anom;
+    }
+  }
+  const select_offer offer = offer_of(e, f, &base, &other, shear, h3);
+  rimi_select_pool_offer(e, &offer);
+}
+
 /* One edge (base, f). Shears are tried only where the plain H3 comes near what the pool asks.
- * Returns the conditional intervals used: 1 or 1 + SHEARS. */
+ * Returns the conditional intervals used: 1 or SELECT_EDGE_INTERVALS. */
 static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f) {
   static const int32_t shears[SHEARS] = {32, -32, 64, -64};
   const channel_state *state = select_channel(e, e->base_channel);
@@ -287,9 +347,8 @@ static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, u
     best = other;
     shear = shears[i];
   }
-  const select_offer offer = offer_of(e, f, &best, shear);
-  rimi_select_pool_offer(e, &offer);
-  return 1u + SHEARS;
+  offer_edge(e, f, &best, shear);
+  return SELECT_EDGE_INTERVALS(e->small);
 }
 
 void rimi_select_sweep(rim_select *e, uint32_t budget) {
