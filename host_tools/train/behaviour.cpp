@@ -7,6 +7,7 @@
 
 #include "train/choose_models.hpp"
 #include "train/fitter.hpp"
+#include "train/leave_out.hpp"
 #include "train/rolled.hpp"
 #include "util/parallel_for.hpp"
 
@@ -153,8 +154,8 @@ void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<
   const auto i = static_cast<Eigen::Index>(t % outcomes);
   double squares = 0.0, spread = 0.0, n = 0.0;
   for (std::size_t r = 0; r < runs.all(); ++r) {
-    Eigen::VectorXd p = by_weights[r].col(static_cast<Eigen::Index>(t)).array() +
-                        of_folds.intercept[runs.fold(r)];
+    Eigen::VectorXd p =
+        by_weights[r].col(static_cast<Eigen::Index>(t)).array() + of_folds.intercept[runs.fold(r)];
     if (model.initial)
       p.array() += runs[r].first[i];
     const Eigen::VectorXd y = t < outcomes ? runs[r].outcome.col(i) : runs[r].scatter.col(i);
@@ -224,6 +225,7 @@ Behaviour fit_behaviour(Basis *basis, const Layout &layout,
     choose_states(*fitter, *basis, layout, &chosen);
   }
   choose_quick(*fitter, *basis, layout, &chosen);
+  leave_out(*fitter, *basis, layout, &chosen.targets);
   return fit_targets(*fitter, *basis, layout, runs, chosen.targets);
 }
 

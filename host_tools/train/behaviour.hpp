@@ -12,9 +12,10 @@ namespace rim {
 // Ridge regression of one outcome on groups of terms.
 struct TargetModel {
   bool shape = false, slow = false, initial = false, steep = false; // groups beside the means
-  bool quick = false;                // without the slow filters of commands
-  std::vector<std::size_t> outside;  // outcomes that are inputs of this one
-  std::vector<std::uint16_t> states; // rolled states that are inputs of this one
+  bool quick = false;                 // without the slow filters of commands
+  std::vector<std::size_t> outside;   // outcomes that are inputs of this one
+  std::vector<std::uint16_t> states;  // rolled states that are inputs of this one
+  std::vector<std::uint16_t> without; // features of which no term is made: see leave_out()
   double ridge = 1.0;
   double intercept = 0.0;
   Eigen::VectorXd weight;   // per term, standardised

@@ -80,7 +80,39 @@ bool is_slow(const Basis &basis, const Basis::Term &t) {
   }
 }
 
+// The inputs of a term.
+std::vector<std::size_t> inputs_of(const Basis &basis, const Basis::Term &t) {
+  const std::size_t times = basis.share.size();
+  switch (t.op) {
+  case BASIS_MEAN:
+  case BASIS_ABS:
+  case BASIS_SIDE:
+    return {t.a / times};
+  case BASIS_PRODUCT:
+    return {t.a / times, t.b / times};
+  case BASIS_TRIPLE:
+    return {t.a / times, t.b / times, t.c / times};
+  case BASIS_INTEGRAL:
+    return {t.a};
+  case BASIS_ROLLED:
+    return t.b == BASIS_PLAIN ? std::vector<std::size_t>{} : std::vector<std::size_t>{t.b / times};
+  default:
+    return {};
+  }
+}
+
 } // namespace
+
+std::vector<std::uint16_t> features_of(const Basis &basis, const Basis::Term &term) {
+  std::vector<std::uint16_t> features;
+  for (const std::size_t i : inputs_of(basis, term)) {
+    const Basis::Input &in = basis.inputs[i];
+    features.push_back(in.a);
+    if (in.b < BASIS_LEAST_HARMONIC) // a product
+      features.push_back(static_cast<std::uint16_t>(in.b & ~BASIS_OF_PRODUCT));
+  }
+  return features;
+}
 
 std::vector<std::uint16_t> features_of(const Layout &layout, const std::vector<std::size_t> &set) {
   std::vector<std::uint16_t> features;
@@ -120,12 +152,14 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Layout &layout,
   std::vector<Eigen::Index> terms =
       terms_of(basis, {model.shape, model.slow, model.initial, model.steep, 0.0}, outcome,
                {features_of(layout, model.outside), model.states});
-  if (model.quick)
-    terms.erase(std::remove_if(terms.begin(), terms.end(),
-                               [&basis](Eigen::Index i) {
-                                 return is_slow(basis, basis.terms[static_cast<std::size_t>(i)]);
-                               }),
-                terms.end());
+  const auto is_left_out = [&](Eigen::Index i) {
+    const Basis::Term &term = basis.terms[static_cast<std::size_t>(i)];
+    const std::vector<std::uint16_t> of_it = features_of(basis, term);
+    return (model.quick && is_slow(basis, term)) ||
+           std::any_of(of_it.begin(), of_it.end(),
+                       [&model](std::uint16_t f) { return holds(model.without, f); });
+  };
+  terms.erase(std::remove_if(terms.begin(), terms.end(), is_left_out), terms.end());
   return terms;
 }
 

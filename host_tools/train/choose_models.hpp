@@ -31,6 +31,10 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std
 std::vector<Eigen::Index> terms_of(const Basis &basis, const Layout &layout,
                                    const TargetModel &model, std::size_t outcome);
 
+// The features that a term is made of: commands, context, and sensors from outside. A rolled state
+// and a first reading are of their own outcome, and are not among them.
+std::vector<std::uint16_t> features_of(const Basis &basis, const Basis::Term &term);
+
 // The outcomes' features.
 std::vector<std::uint16_t> features_of(const Layout &layout, const std::vector<std::size_t> &set);
 
