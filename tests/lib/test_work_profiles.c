@@ -29,7 +29,7 @@ static const struct {
   rim_work bound;
 } profiles[] = {
     {"rows, small", {ROWS, .small = true}, {3900, 998624, 46092, 86224, 124928, 1259768, 629832}},
-    {"rows", {ROWS}, {3900, 5407528, 252372, 86224, 124928, 5874952, 4278672}},
+    {"rows", {ROWS}, {3900, 5359756, 252372, 86224, 124928, 5827180, 4278672}},
     {"rows, corrected and watched",
      {ROWS, .small = true, .corrected = true, .watched = true},
      {12252, 998624, 46092, 86224, 124928, 1268120, 629832}},
