@@ -27,6 +27,7 @@ constexpr double kBlocksPerRun = 240.0;
 constexpr double kStalePeriods = 5.0;
 constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
 // Error over behaviour's, above which the others' residuals say nothing.
+constexpr std::size_t kNamedAtMost = 3; // features that a model does without
 constexpr double kLeastAgreement = 0.95;
 
 // Channels by kind: behaviour, agreement, scatter, repeats; blocks x channels per run.
@@ -163,6 +164,16 @@ bool wants_level(const Layout &layout, const RunStore &runs) {
          rows >= 40 * static_cast<Eigen::Index>(layout.features());
 }
 
+// Of a model that does without some features.
+std::string without_words(const Layout &layout, const std::vector<std::uint16_t> &without) {
+  if (without.size() > kNamedAtMost)
+    return fmt::format(", without {} inputs", without.size());
+  std::string text;
+  for (const std::uint16_t f : without)
+    text += (text.empty() ? ", without " : " and ") + quantity_of(layout.feature_names[f]).words;
+  return text;
+}
+
 std::string model_words(const Layout &layout, const Basis &basis, const TargetModel &m) {
   std::string text = m.quick ? "commands" : "filtered commands";
   if (m.shape)
@@ -178,7 +189,7 @@ std::string model_words(const Layout &layout, const Basis &basis, const TargetMo
   for (const std::uint16_t s : m.states)
     text +=
         ", " + quantity_of(layout.outcome_names[basis.states[s].outcome]).words + " rolled forward";
-  return text;
+  return text + without_words(layout, m.without);
 }
 
 void report_outcomes(Training *training, const Behaviour &behaviour, const Agreement &agreement) {
@@ -266,10 +277,9 @@ Learnt learn(const HealthyRuns &healthy, const RunStore &runs) {
   const Layout &layout = healthy.plan.layout;
   Learnt l;
   l.basis = healthy.plan.basis;
-  l.behaviour =
-      layout.external
-          ? external_behaviour(runs, layout.outcomes())
-          : fit_behaviour(&l.basis, layout, healthy.integrands, runs, block_s(healthy.plan));
+  l.behaviour = layout.external ? external_behaviour(runs, layout.outcomes())
+                                : fit_behaviour(&l.basis, layout, healthy.integrands, runs,
+                                                block_s(healthy.plan));
   if (layout.external)
     learn_means(&l.basis, runs);
   give_back_memory();
@@ -327,8 +337,7 @@ Judgement judge_many(const HealthyRuns &healthy, const Learnt &learnt,
                      const std::vector<SearchRun> &seen) {
   Judgement j;
   for (std::size_t f = 0; f < std::min(kFolds, seen.size()); ++f)
-    j.noise.push_back(
-        std::make_unique<const NoiseModel>(noise_without(healthy, learnt, seen, f)));
+    j.noise.push_back(std::make_unique<const NoiseModel>(noise_without(healthy, learnt, seen, f)));
   for (std::size_t r = 0; r < seen.size(); ++r)
     j.runs.push_back({seen[r], &learnt.basis, j.noise[r % kFolds].get()});
   return j;

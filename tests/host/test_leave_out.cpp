@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A context that changes from run to run and hardly within one, and on which nothing depends: models
-// do without it, and predict whole runs as well as where nobody had measured it.
+// A context that changes from run to run and hardly within one, and on which nothing depends:
+// models do without it, and predict whole runs as well as where nobody had measured it.
 #include "learnt.hpp"
 #include "made_vehicle.hpp"
 #include "train/choose_models.hpp"

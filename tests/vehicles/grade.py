@@ -85,7 +85,7 @@ def with_gaps(case, rows, truth):
 def cut(case, rows, truth):
     """A log that was switched on while the vehicle was under way, and before what began in the run."""
     onset = truth and truth["onset"] or rows[-1][0]
-    most = min(.4, onset / rows[-1][0] - .1)
+    most = max(0, min(.4, onset / rows[-1][0] - .1))
     first = int(len(rows) * random.Random("cut %s" % case.stem).uniform(0, most))
     start_s = rows[first][0]
     if truth:

@@ -15,7 +15,9 @@ sys.path.insert(0, HERE)
 
 import blind
 import fleet
+import grade
 import kin
+import town
 import verdict
 import vehicles as V
 import wrong_input
@@ -24,7 +26,7 @@ import yard
 SEED = 4711
 
 
-KINDS = [(M, v) for M in (V, blind, kin, fleet, yard) for v in M.VEHICLES]
+KINDS = [(M, v) for M in (V, blind, kin, fleet, town, yard) for v in M.VEHICLES]
 
 
 def some(M, vehicle):
@@ -116,6 +118,15 @@ class Grader(unittest.TestCase):
 
 
 class Pieces(unittest.TestCase):
+    def test_what_begins_early_is_not_cut_away(self):
+        for k in range(20):
+            rows = [[.1 * i, 0] for i in range(1000)]
+            truth = {"onset": 2., "rows": [0] * 20 + [1] * 980}
+            case = grade.Case("tank", "faulty", 0, "leak", "tank/leak_%02d" % k)
+            kept, said = grade.cut(case, rows, truth)
+            self.assertEqual(len(kept), 1000)
+            self.assertEqual((said["onset"], len(said["rows"])), (2., 1000))
+
     def test_wilson_against_a_table(self):
         low, high = verdict.wilson(8, 10)
         self.assertAlmostEqual(low, .4902, places=3)
