@@ -21,12 +21,17 @@ $(ASSURE)/fleet: $(FLEET_SRC) tests/assurance/flight.h $(BUILD)/librim.a $(BUILD
 	@mkdir -p $(@D)
 	$(call say,TEST)$(CC) $(FLEET_FLAGS) $(FLEET_SRC) -o $@ -lm
 
+$(ASSURE)/healthy_flight.rec: $(ASSURE)/healthy.rec $(CROSS)/landing_flight/model.rim
+	$(call say,RIM )$(CROSS)/record $(CROSS)/landing_flight/model.rim $(@D)/healthy/run_0001.csv $@
+
 .PHONY: fleet
-FLEET_RECORDINGS := $(CROSS)/landing.rec $(CROSS)/landing_flight.rec $(CROSS)/golf_flight.rec
+FLEET_RECORDINGS := $(ASSURE)/healthy_flight.rec $(CROSS)/landing.rec $(CROSS)/landing_flight.rec $(CROSS)/golf_flight.rec
 # The first rows of a run are cheap, as the search has little to search yet: whole landings.
-fleet: $(ASSURE)/fleet $(FLEET_RECORDINGS) ## a thousand monitors in one process: rows a second of one core, and memory (some 8 minutes)
+fleet: $(ASSURE)/fleet $(FLEET_RECORDINGS) ## a thousand monitors in one process: rows a second of one core, and memory (some 10 minutes)
 	@for units in 12 6 3 1; do echo "landing, $$units units of search per row:"; $(ASSURE)/fleet $(CROSS)/landing.rec 20 8000 1 $$units || exit 1; done
-	@for units in 3 2; do for batch in 1 16; do echo "landing, --flight, $$units units:"; \
+	@for batch in 1 16; do echo "healthy landing, --flight, 3 units:"; \
+	  $(ASSURE)/fleet $(ASSURE)/healthy_flight.rec 1000 8000 $$batch 3 || exit 1; done
+	@for units in 3 2; do for batch in 1 16; do echo "landing with a fault in every vehicle, --flight, $$units units:"; \
 	  $(ASSURE)/fleet $(CROSS)/landing_flight.rec 1000 8000 $$batch $$units || exit 1; done; done
 	@echo "landing, --flight, a pool of a thread for each core:"; \
 	  $(ASSURE)/fleet $(CROSS)/landing_flight.rec 1000 8000 16 0 $$(nproc)
