@@ -9,6 +9,21 @@ extern "C" {
 
 namespace rim {
 
+std::size_t filters_of(const Basis::Term &term) {
+  switch (static_cast<basis_op>(term.op)) {
+  case BASIS_MEAN:
+  case BASIS_ABS:
+  case BASIS_SIDE:
+    return 1;
+  case BASIS_PRODUCT:
+    return 2;
+  case BASIS_TRIPLE:
+    return 3;
+  default:
+    return 0;
+  }
+}
+
 std::vector<std::uint8_t> basis_section(const Basis &basis) {
   SectionBytes bytes;
   for (const std::size_t word : {std::size_t{BASIS_LAYOUT}, basis.inputs.size(), basis.share.size(),

@@ -2,6 +2,7 @@
 // image/basis.hpp - section BASIS of a flight image: the inputs that the models take.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -29,8 +30,8 @@ struct Basis {
   std::vector<double> mean_center, mean_inverse_sd;
   std::vector<double> first, first_sd; // per outcome: of the first readings of the runs
   std::vector<double> start, start_sd; // per feature: of the first blocks of the runs
-  double learnt_s = 0.0;     // how far the healthy runs went; 0: not known yet
-  std::vector<double> begin; // per filter two; empty: as in the first row
+  double learnt_s = 0.0;               // how far the healthy runs went; 0: not known yet
+  std::vector<double> begin;           // per filter two; empty: as in the first row
   struct State {
     std::uint16_t outcome;
     double low, high;
@@ -42,6 +43,10 @@ struct Basis {
   std::vector<State> states; // rolled forward by the rates
   std::vector<Rate> rates;
 };
+
+// The filters of a term, as places among its a, b and c; none of an integral, whose a is an input,
+// and of a rolled state, whose b may be one.
+std::size_t filters_of(const Basis::Term &term);
 
 // The section's bytes, as lib/src/image/basis.h describes them.
 std::vector<std::uint8_t> basis_section(const Basis &basis);

@@ -14,22 +14,6 @@ namespace rim {
 
 namespace {
 
-// The filters of a term, as places among its a, b and c; an integral's input is none.
-std::size_t filters_of(const Basis::Term &t) {
-  switch (static_cast<basis_op>(t.op)) {
-  case BASIS_MEAN:
-  case BASIS_ABS:
-  case BASIS_SIDE:
-    return 1;
-  case BASIS_PRODUCT:
-    return 2;
-  case BASIS_TRIPLE:
-    return 3;
-  default:
-    return 0;
-  }
-}
-
 // Calls visit(&filter) with every filter that the basis uses: input * time constants + time.
 template <class Visit> void for_each_filter(Basis *basis, const Visit &visit) {
   for (Basis::Term &t : basis->terms) {

@@ -63,42 +63,24 @@ bool holds(const std::vector<std::uint16_t> &all, std::uint16_t one) {
 
 // Whether a term is made of a slow filter.
 bool is_slow(const Basis &basis, const Basis::Term &t) {
-  const auto slow = [&basis](std::uint16_t filter) {
+  const std::uint16_t places[] = {t.a, t.b, t.c};
+  return std::any_of(places, places + filters_of(t), [&basis](std::uint16_t filter) {
     return basis.share[filter % basis.share.size()] < basis.share.back() / kQuick;
-  };
-  switch (t.op) {
-  case BASIS_MEAN:
-  case BASIS_ABS:
-  case BASIS_SIDE:
-    return slow(t.a);
-  case BASIS_PRODUCT:
-    return slow(t.a) || slow(t.b);
-  case BASIS_TRIPLE:
-    return slow(t.a) || slow(t.b) || slow(t.c);
-  default:
-    return false;
-  }
+  });
 }
 
 // The inputs of a term.
 std::vector<std::size_t> inputs_of(const Basis &basis, const Basis::Term &t) {
   const std::size_t times = basis.share.size();
-  switch (t.op) {
-  case BASIS_MEAN:
-  case BASIS_ABS:
-  case BASIS_SIDE:
-    return {t.a / times};
-  case BASIS_PRODUCT:
-    return {t.a / times, t.b / times};
-  case BASIS_TRIPLE:
-    return {t.a / times, t.b / times, t.c / times};
-  case BASIS_INTEGRAL:
-    return {t.a};
-  case BASIS_ROLLED:
-    return t.b == BASIS_PLAIN ? std::vector<std::size_t>{} : std::vector<std::size_t>{t.b / times};
-  default:
-    return {};
-  }
+  const std::uint16_t places[] = {t.a, t.b, t.c};
+  std::vector<std::size_t> inputs;
+  for (std::size_t k = 0; k < filters_of(t); ++k)
+    inputs.push_back(places[k] / times);
+  if (t.op == BASIS_ROLLED && t.b != BASIS_PLAIN)
+    inputs.push_back(t.b / times);
+  if (t.op == BASIS_INTEGRAL)
+    inputs.push_back(t.a);
+  return inputs;
 }
 
 } // namespace

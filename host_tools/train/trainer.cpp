@@ -25,9 +25,9 @@ namespace {
 
 constexpr double kBlocksPerRun = 240.0;
 constexpr double kStalePeriods = 5.0;
-constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
-// Error over behaviour's, above which the others' residuals say nothing.
+constexpr std::uint32_t kRing = 384;    // calibrate_runs() gives flight its own
 constexpr std::size_t kNamedAtMost = 3; // features that a model does without
+// Error over behaviour's, above which the others' residuals say nothing.
 constexpr double kLeastAgreement = 0.95;
 
 // Channels by kind: behaviour, agreement, scatter, repeats; blocks x channels per run.
@@ -184,8 +184,10 @@ std::string model_words(const Layout &layout, const Basis &basis, const TargetMo
     text += ", integrals";
   if (m.initial)
     text += ", first readings";
-  for (const std::size_t o : m.outside)
-    text += ", sensor " + quantity_of(layout.outcome_names[o]).words;
+  for (const std::size_t o : m.outside) {
+    if (std::find(m.without.begin(), m.without.end(), layout.outcome_feature[o]) == m.without.end())
+      text += ", sensor " + quantity_of(layout.outcome_names[o]).words;
+  }
   for (const std::uint16_t s : m.states)
     text +=
         ", " + quantity_of(layout.outcome_names[basis.states[s].outcome]).words + " rolled forward";

@@ -37,14 +37,18 @@ fleet: $(ASSURE)/fleet $(FLEET_RECORDINGS) ## a thousand monitors in one process
 	  $(ASSURE)/fleet $(CROSS)/landing_flight.rec 1000 8000 16 0 $$(nproc)
 	@for batch in 1 16; do echo "golf in 100 dimensions, --flight:"; $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 $$batch || exit 1; done
 
-# The same program with the checks of memory taken out by the linker.
-WRAPPED := $(addprefix rimi_guard_,enter leave scrub before_block after_block all renew)
-$(ASSURE)/fleet_unguarded: tests/assurance/unguarded.c $(FLEET_SRC) tests/assurance/flight.h $(BUILD)/librim.a $(BUILD)/flags.test
+# With the library as it is built for on board; and the same with the checks of memory taken out by the linker.
+$(ASSURE)/fleet_guarded: tests/assurance/fleet.c tests/assurance/flight.h $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)
-	$(call say,TEST)$(CC) $(FLEET_FLAGS) $(filter %.c,$^) -o $@ $(WRAPPED:%=-Wl$(comma)--wrap=%) -lm
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) -pthread $< -o $@ $(BUILD)/librim.a -lm
+
+WRAPPED := $(addprefix rimi_guard_,enter leave scrub before_block after_block all renew)
+$(ASSURE)/fleet_unguarded: tests/assurance/fleet.c tests/assurance/unguarded.c tests/assurance/flight.h $(BUILD)/librim.a $(BUILD)/flags.test
+	@mkdir -p $(@D)
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) -pthread $(filter %.c,$^) -o $@ $(WRAPPED:%=-Wl$(comma)--wrap=%) $(BUILD)/librim.a -lm
 
 .PHONY: checks-cost
-checks-cost: $(ASSURE)/fleet $(ASSURE)/fleet_unguarded $(BUDGETED:%=$(CROSS)/%.rec) $(CROSS)/landing.rec ## what the checks of memory take of a step, on this computer
+checks-cost: $(ASSURE)/fleet_guarded $(ASSURE)/fleet_unguarded $(BUDGETED:%=$(CROSS)/%.rec) $(CROSS)/landing.rec ## what the checks of memory take of a step, on this computer
 	@tests/assurance/checks_cost.sh $(filter-out %.rec,$^) $(filter %.rec,$^)
 
 FLIPS ?= 1000

@@ -4,8 +4,9 @@
  *
  * So many monitors in one process on one image; the recording's rows are offered BATCH at a time
  * (1, at most 64) to each in turn. With 1 what each needs has left the processor's cache before its
- * next row comes; a station that collects a few rows of a vehicle before it looks at them pays for
- * that once, and hears of an alarm later by as many periods. What is decided does not depend on it.
+ * next row comes, and is fetched while another works; a station that collects a few rows of a
+ * vehicle before it looks at them pays for that once, and hears of an alarm later by as many
+ * periods. What is decided does not depend on it.
  * With UNITS (0: those of the image) each row pays for so many units of search, while thresholds
  * stay as they were calibrated: less is found per row, so that an alarm comes later.
  * THREADS (1) form a pool, which takes some monitors at a time until all have had their rows; a
@@ -66,8 +67,8 @@ typedef struct pool {
   uint32_t first, rows; /* of the recording; rows 0: that was all */
 } pool;
 
-/* In large pages where it has them: the processor knows where few pages
- * are, and a small one has to be looked up for each handful of a monitor's numbers. */
+/* In large pages where the system has them. The processor remembers where some thousand pages are:
+ * of small ones that is a part of a fleet. */
 static uint8_t *pages(size_t bytes) {
   const size_t whole = (bytes + LARGE_PAGE - 1u) / LARGE_PAGE * LARGE_PAGE;
   uint8_t *memory = aligned_alloc(LARGE_PAGE, whole);
