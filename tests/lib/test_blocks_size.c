@@ -21,10 +21,19 @@ static void features_outcomes_and_integrands(void **state) {
   const blocks_config two = {.features = 2, .outcomes = 1};
   assert_int_equal(more_than(&one, two), 2 * 8);
   assert_int_equal(more_than(&two, (blocks_config){.features = 3, .outcomes = 1}), 2 * 8 + 8);
-  assert_int_equal(more_than(&one, (blocks_config){.features = 1, .outcomes = 2}), 13 * 8);
+  assert_int_equal(more_than(&one, (blocks_config){.features = 1, .outcomes = 2}), 9 * 8);
   blocks_config more = one;
   more.integrands = 3; /* early and late */
   assert_int_equal(more_than(&one, more), 2 * 3 * 8);
+}
+
+/* Rows that bring predictions: the sums of means and deviations, and both of the block. */
+static void predictions(void **state) {
+  (void)state;
+  const blocks_config external = {.features = 1, .outcomes = 1, .external = true};
+  assert_int_equal(more_than(&one, external), 4 * 8);
+  const blocks_config two = {.features = 1, .outcomes = 2, .external = true};
+  assert_int_equal(more_than(&external, two), 13 * 8);
 }
 
 static size_t basis_adds(rim_basis basis) {
@@ -48,6 +57,6 @@ static void the_basis(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(features_outcomes_and_integrands),
-                                     cmocka_unit_test(the_basis)};
+                                     cmocka_unit_test(predictions), cmocka_unit_test(the_basis)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

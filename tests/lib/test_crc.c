@@ -130,9 +130,9 @@ static void eight_words_go_into_four_sums(void **state) {
   uint32_t word[8], lane[4];
   memcpy(word, data, sizeof word);
   for (uint32_t k = 0; k < 4; ++k)
-    lane[k] = pair_after(7u + k, word[2 * k], word[2 * k + 1]);
-  uint32_t sum = lane[0];
-  for (uint32_t k = 1; k < 4; ++k)
+    lane[k] = pair_after(1u + k, word[2 * k], word[2 * k + 1]);
+  uint32_t sum = 7;
+  for (uint32_t k = 0; k < 4; ++k)
     sum = pair_after(sum, lane[k], 0);
   assert_int_equal(rimi_word_sum(7, word, 8), sum);
   assert_int_equal(rimi_byte_sum(7, word, 8), pair_after(7, word[0], word[1])); /* or one by one */

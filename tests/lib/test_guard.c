@@ -334,6 +334,29 @@ static void a_repair_refuses(void **state) {
                    RIM_E_CRC);
 }
 
+/* Gaps are counted among rows with predictions; where there were none, nobody reads them. */
+static void gaps_are_checked_where_there_are_any(void **state) {
+  (void)state;
+  bench b;
+  fresh(&b, true);
+  rim_monitor *const m = b.monitor;
+  assert_int_equal(m->gaps, 0);
+  turn(&m->gap[0].after_s, 3);
+  assert_true(rimi_guard_header_holds(m));
+  turn(&m->gaps, 0);
+  assert_false(rimi_guard_header_holds(m));
+  assert_true((turn(&m->gaps, 0), rimi_guard_header_holds(m)));
+  for (uint32_t some = 1; some <= MONITOR_GAPS; ++some) {
+    assert_true(rimi_guard_enter(m));
+    m->gaps = some;
+    rimi_guard_leave(m);
+    turn(&m->gap[some - 1].after_s, 3);
+    assert_false(rimi_guard_header_holds(m));
+    turn(&m->gap[some - 1].after_s, 3);
+    assert_true(rimi_guard_header_holds(m));
+  }
+}
+
 /* Memory that another library left holds by its own sums. */
 static void memory_of_another_library_is_not_attached(void **state) {
   (void)state;
@@ -342,13 +365,13 @@ static void memory_of_another_library_is_not_attached(void **state) {
   for (uint32_t i = 0; i < 3; ++i) {
     uint32_t *word[3] = {&b.monitor->magic, &b.monitor->library, &b.monitor->header_bytes};
     *word[i] ^= 1u;
-    rimi_guard_leave_header(b.monitor);
+    rimi_guard_fix(b.monitor);
     assert_true(rimi_guard_header_holds(b.monitor));
     rim_monitor *m = NULL;
     assert_int_equal(rim_monitor_attach(&m, b.memory, TRAINED_SIZE, b.blob.byte, b.blob.size),
                      RIM_E_DATA);
     *word[i] ^= 1u;
-    rimi_guard_leave_header(b.monitor);
+    rimi_guard_fix(b.monitor);
     assert_int_equal(rim_monitor_attach(&m, b.memory, TRAINED_SIZE, b.blob.byte, b.blob.size),
                      RIM_OK);
   }
@@ -357,6 +380,7 @@ static void memory_of_another_library_is_not_attached(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(memory_of_another_library_is_not_attached),
+      cmocka_unit_test(gaps_are_checked_where_there_are_any),
       cmocka_unit_test(nothing_is_found_in_memory_that_holds),
       cmocka_unit_test(control_is_checked_before_it_is_used),
       cmocka_unit_test(a_kept_alarm_is_checked),

@@ -47,18 +47,18 @@ static inline uint32_t take_pair(uint32_t sum, uint32_t first, uint32_t second) 
   return ((sum << 5 | sum >> 27) ^ first) * WORD_SUM_FACTOR + second;
 }
 
-/* Four sums beside each other: in one sum, a product has to wait for the one before it. They are
- * variables of their own, not an array, so that no compiler makes vectors of them: many processors
- * have no product of vectors, and make it from shifts. */
+/* Four sums beside each other: in one sum, a product has to wait for the one before it. They begin
+ * anew in each call, so that they do not wait for the call before either. They are variables of
+ * their own, not an array, so that no compiler makes vectors of them: many processors have no
+ * product of vectors, and make it from shifts. */
 typedef struct lanes {
   uint32_t a, b, c, d;
 } lanes;
 enum { AT_ONCE = 8 };
 
-static inline lanes begin_lanes(uint32_t sum) { return (lanes){sum, sum + 1u, sum + 2u, sum + 3u}; }
-/* Each of the four can be found again from this and the other three. */
-static inline uint32_t join(const lanes *l) {
-  return take_pair(take_pair(take_pair(l->a, l->b, 0), l->c, 0), l->d, 0);
+/* Each of the four can be found again from this, the sum and the other three. */
+static inline uint32_t join(uint32_t sum, const lanes *l) {
+  return take_pair(take_pair(take_pair(take_pair(sum, l->a, 0), l->b, 0), l->c, 0), l->d, 0);
 }
 
 /* Word by word: a copy of several goes through the stack where registers are few. */
@@ -71,14 +71,16 @@ static inline uint32_t aligned_word(const unsigned char *p) {
 /* Of words that lie `stride` bytes apart; inlined, so that the stride is a constant. */
 static inline uint32_t sum_of(uint32_t sum, const unsigned char *p, size_t words, size_t stride) {
   if (words >= AT_ONCE) {
-    lanes l = begin_lanes(sum);
-    for (; words >= AT_ONCE; words -= AT_ONCE, p += AT_ONCE * stride) {
+    lanes l = {1, 2, 3, 4};
+    for (const unsigned char *end = p + words / AT_ONCE * AT_ONCE * stride; p != end;
+         p += AT_ONCE * stride) {
       l.a = take_pair(l.a, aligned_word(p), aligned_word(p + stride));
       l.b = take_pair(l.b, aligned_word(p + 2 * stride), aligned_word(p + 3 * stride));
       l.c = take_pair(l.c, aligned_word(p + 4 * stride), aligned_word(p + 5 * stride));
       l.d = take_pair(l.d, aligned_word(p + 6 * stride), aligned_word(p + 7 * stride));
     }
-    sum = join(&l);
+    sum = join(sum, &l);
+    words %= AT_ONCE;
   }
   for (; words >= 2; words -= 2, p += 2 * stride)
     sum = take_pair(sum, aligned_word(p), aligned_word(p + stride));
@@ -113,9 +115,11 @@ uint32_t rimi_byte_sum(uint32_t sum, const void *data, size_t bytes) {
   }
   if (bytes == 0)
     return sum;
-  uint32_t word = 0;
-  for (size_t i = 0; i < bytes; ++i)
-    word |= (uint32_t)p[i] << (8u * i);
+  uint32_t word = p[0];
+  if (bytes > 1)
+    word |= (uint32_t)p[1] << 8;
+  if (bytes > 2)
+    word |= (uint32_t)p[2] << 16;
   return take_pair(sum, word, 0);
 }
 

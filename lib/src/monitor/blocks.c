@@ -19,7 +19,7 @@
 #define ODD_OUTCOMES                                                                               \
   2u /* of a first block from which on it is none; one may be a sensor's fault                     \
       */
-#define LOST_PART 0.5      /* of a block: how much of the commands a gap may hide unnoticed */
+#define LOST_PART 0.5       /* of a block: how much of the commands a gap may hide unnoticed */
 #define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
 #define BEYOND_SD 2.0       /* of a term, where a run is longer than any that was learnt */
 #define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
@@ -43,7 +43,9 @@ struct blocks {
   bool resumed;   /* states went on from readings after a gap */
 };
 
-enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 13 };
+/* Arrays: first the history, which one row leaves for the next, and then what a block's end makes
+ * of it. Those named external are there only when the configuration is. */
+enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 7, EXTERNAL_ARRAYS = 3 };
 
 static double *array(const blocks *b) {
   return (double *)(void *)((unsigned char *)(uintptr_t)b + ((sizeof *b + 7u) & ~(size_t)7u));
@@ -54,53 +56,65 @@ static double *feature_array(const blocks *b, size_t which) {
 static double *outcome_array(const blocks *b, size_t which) {
   return feature_array(b, FEATURE_ARRAYS) + which * b->config.outcomes;
 }
-#define SUM(b) feature_array(b, 0)  /* of the block, then its mean */
-#define LAST(b) feature_array(b, 1) /* last reading, unwrapped */
-#define OUTCOME(b) outcome_array(b, 0)
-#define PREDICTED(b) outcome_array(b, 1)
-#define SCATTER(b) outcome_array(b, 2)
-#define REPEATS(b) outcome_array(b, 3)
-#define FIRST(b) outcome_array(b, 4)
-#define ONE_AGO(b) outcome_array(b, 5)
-#define TWO_AGO(b) outcome_array(b, 6)
-#define O_SUM(b) outcome_array(b, 7)
-#define P_SUM(b) outcome_array(b, 8)
-#define SQUARES(b) outcome_array(b, 9)
-#define SAME(b) outcome_array(b, 10)
-#define S_SUM(b) outcome_array(b, 11)
-#define SD(b) outcome_array(b, 12)
-#define FILTER(b) outcome_array(b, OUTCOME_ARRAYS)
+#define SUM(b) feature_array(b, 0)     /* of the block, then its mean */
+#define LAST(b) feature_array(b, 1)    /* last reading, unwrapped */
+#define OUTCOME(b) outcome_array(b, 0) /* of the block that ended */
+#define FIRST(b) outcome_array(b, 1)
+#define ONE_AGO(b) outcome_array(b, 2)
+#define TWO_AGO(b) outcome_array(b, 3)
+#define O_SUM(b) outcome_array(b, 4)
+#define SQUARES(b) outcome_array(b, 5)
+#define SAME(b) outcome_array(b, 6)
+#define P_SUM(b) outcome_array(b, 7) /* external */
+#define S_SUM(b) outcome_array(b, 8) /* external */
+#define SD(b) outcome_array(b, 9) /* external; between blocks an alarm may tell its shift by it */
 
+static size_t outcome_arrays(const blocks_config *c) {
+  return OUTCOME_ARRAYS + (c->external ? EXTERNAL_ARRAYS : 0u);
+}
 static size_t filters(const blocks *b) {
   return (size_t)b->config.basis.inputs * b->config.basis.times;
 }
-static double *filter_sum(const blocks *b) { return FILTER(b) + filters(b); }
+static double *filter(const blocks *b) { return outcome_array(b, outcome_arrays(&b->config)); }
+static double *filter_sum(const blocks *b) { return filter(b) + filters(b); }
 static double *decay(const blocks *b) { return filter_sum(b) + filters(b); }
 static double *integral(const blocks *b) { return decay(b) + b->config.basis.times; }
 static double *state(const blocks *b) { return integral(b) + b->config.basis.inputs; }
 static double *part(const blocks *b) { return state(b) + b->config.basis.states; }
-static double *term(const blocks *b) { return part(b) + b->config.basis.rates; }
-static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
 /* Sums of the integrands and of row times integrand; at the end of a block early and late. */
-static double *early(const blocks *b) { return means(b) + b->config.basis.means; }
+static double *early(const blocks *b) { return part(b) + b->config.basis.rates; }
 static double *late(const blocks *b) { return early(b) + b->config.integrands; }
-/* Part of every exponential mean that is not known; its sum over the block; of every term. */
+/* Part of every exponential mean that is not known; its sum over the block. */
 static double *unknown(const blocks *b) { return late(b) + b->config.integrands; }
 static double *unknown_sum(const blocks *b) { return unknown(b) + b->config.basis.times; }
-static uint16_t *unknown_term(const blocks *b) {
-  return (uint16_t *)(void *)(unknown_sum(b) + b->config.basis.times);
-}
 /* Whole turns that unwrap an angle, per feature. */
 static int32_t *turns(const blocks *b) {
-  return (int32_t *)(void *)(unknown_term(b) + (b->config.basis.terms + 3u) / 4u * 4u);
+  return (int32_t *)(void *)(unknown_sum(b) + b->config.basis.times);
+}
+
+static double *made_array(const blocks *b, size_t which) {
+  double *end = unknown_sum(b) + b->config.basis.times + (b->config.features + 1u) / 2u;
+  return end + which * b->config.outcomes;
+}
+#define SCATTER(b) made_array(b, 0)
+#define REPEATS(b) made_array(b, 1)
+#define PREDICTED(b) made_array(b, 2) /* external */
+
+static size_t made_arrays(const blocks_config *c) { return c->external ? 3u : 2u; }
+static double *term(const blocks *b) { return made_array(b, made_arrays(&b->config)); }
+static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
+/* Of every term. */
+static uint16_t *unknown_term(const blocks *b) {
+  return (uint16_t *)(void *)(means(b) + b->config.basis.means);
 }
 
 size_t rimi_blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
+  const size_t outcomes = (outcome_arrays(c) + made_arrays(c)) * c->outcomes;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
-         8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
-               2u * (size_t)n->inputs * n->times + 3u * (size_t)n->times + n->inputs + n->states +
-               n->rates + n->terms + (n->terms + 3u) / 4u + n->means + (c->features + 1u) / 2u +
+         8u * (FEATURE_ARRAYS * (size_t)c->features + outcomes + 2u * (size_t)n->inputs * n->times +
+               3u * (size_t)n->times + n->inputs + n->states + n->rates + n->terms +
+               (n->terms + 3u) / 4u + n->means + (c->features + 1u) / 2u +
                2u * (size_t)c->integrands);
 }
 
@@ -129,12 +143,9 @@ const void *rimi_blocks_control(const blocks *b, size_t *bytes) {
 }
 
 uint32_t rimi_blocks_history_sum(const blocks *b, uint32_t sum) {
-  sum = rimi_upper_sum(sum, array(b), (size_t)(OUTCOME(b) - array(b)));
-  sum = rimi_upper_sum(sum, FIRST(b), (size_t)(term(b) - FIRST(b)));
-  const double *rest = early(b);
-  sum = rimi_upper_sum(sum, rest, (size_t)((const double *)(const void *)unknown_term(b) - rest));
-  const size_t turned = (b->config.features + 1u) / 2u * 2u;
-  return rimi_word_sum(sum, turns(b), turned);
+  const double *end = unknown_sum(b) + b->config.basis.times;
+  sum = rimi_upper_sum(sum, array(b), (size_t)(end - array(b)));
+  return rimi_word_sum(sum, turns(b), (b->config.features + 1u) / 2u * 2u);
 }
 
 void rimi_blocks_reset(blocks *b) {
@@ -193,7 +204,7 @@ static void begin_block(blocks *b) {
   b->rows_in_block = 0;
   b->seconds = 0;
   memset(SUM(b), 0, 8u * (size_t)b->config.features);
-  memset(O_SUM(b), 0, 8u * 5u * (size_t)b->config.outcomes);
+  memset(O_SUM(b), 0, 8u * (b->config.external ? 5u : 3u) * b->config.outcomes);
   memset(filter_sum(b), 0, 8u * filters(b));
   memset(early(b), 0, 16u * (size_t)b->config.integrands);
   memset(unknown_sum(b), 0, 8u * b->config.basis.times);
@@ -377,7 +388,7 @@ static void take_inputs(blocks *b) {
   }
   for (size_t i = 0; i < n->inputs; ++i) {
     const double u = input_value(b, i);
-    double *f = FILTER(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
+    double *f = filter(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
     integral(b)[i] += u * b->config.period_s * (1.0 + (double)b->missing);
     for (size_t t = 0; t < n->times; ++t) {
       /* Over a gap the command is taken to have been as in the row that ends it. */
@@ -611,8 +622,10 @@ static void end_block(blocks *b) {
     filter_sum(b)[i] /= n;
   for (size_t o = 0; o < b->config.outcomes; ++o) {
     OUTCOME(b)[o] = O_SUM(b)[o] / n;
-    PREDICTED(b)[o] = P_SUM(b)[o] / n;
-    SD(b)[o] = S_SUM(b)[o] / n;
+    if (b->config.external) {
+      PREDICTED(b)[o] = P_SUM(b)[o] / n;
+      SD(b)[o] = S_SUM(b)[o] / n;
+    }
     REPEATS(b)[o] = SAME(b)[o] / n;
     const double square = b->seconds > 0 ? SQUARES(b)[o] / (double)b->seconds : 0.0;
     SCATTER(b)[o] = square > 0.0 ? rimi_max(rimi_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;

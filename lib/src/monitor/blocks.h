@@ -82,9 +82,10 @@ double rimi_blocks_period_s(const blocks *b); /* recent mean time between rows *
 const double *rimi_blocks_context(const blocks *b); /* [features]: an angle within half a turn */
 const double *
 rimi_blocks_outcomes(const blocks *b); /* [outcomes]; external: mean of (z - m) / sd */
-const double *rimi_blocks_predicted(const blocks *b); /* [outcomes]; external: mean of m */
-const double *rimi_blocks_sd(const blocks *b);        /* [outcomes]; external: mean of sd */
-const double *rimi_blocks_scatter(const blocks *b);   /* ln of the mean square second difference */
+const double *
+rimi_blocks_predicted(const blocks *b);             /* [outcomes]: mean of m; only when external */
+const double *rimi_blocks_sd(const blocks *b);      /* [outcomes]: mean of sd; only when external */
+const double *rimi_blocks_scatter(const blocks *b); /* ln of the mean square second difference */
 const double *
 rimi_blocks_repeats(const blocks *b);             /* share of readings that repeat the one before */
 const double *rimi_blocks_terms(const blocks *b); /* [terms], standardised */
@@ -98,15 +99,15 @@ uint16_t rimi_blocks_outcome_feature(const blocks *b,
                                      uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
 bool rimi_blocks_knows_start(const blocks *b);          /* the run began as healthy runs begin */
 bool rimi_blocks_has_resumed(const blocks *b); /* states went on from readings after a gap */
-bool rimi_blocks_knows_all(const blocks *b); /* every term is what the commands made it */
+bool rimi_blocks_knows_all(const blocks *b);   /* every term is what the commands made it */
 const uint16_t *
 rimi_blocks_unknown(const blocks *b); /* [terms]: rimi_behaviour_error; else not valid */
 double rimi_blocks_since_start_s(const blocks *b); /* middle of the block */
 /* By how much of their length the run is longer than the healthy runs were: 0 to 1. */
 double rimi_blocks_beyond_learnt(const blocks *b);
-double rimi_blocks_run_start_s(const blocks *b);   /* first row of the run, absolute */
-double rimi_blocks_start_s(const blocks *b);       /* its first row, absolute */
-uint32_t rimi_blocks_count(const blocks *b);       /* ended since the start */
+double rimi_blocks_run_start_s(const blocks *b); /* first row of the run, absolute */
+double rimi_blocks_start_s(const blocks *b);     /* its first row, absolute */
+uint32_t rimi_blocks_count(const blocks *b);     /* ended since the start */
 blocks_health rimi_blocks_get_health(const blocks *b);
 
 #endif

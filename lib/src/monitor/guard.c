@@ -7,26 +7,39 @@
 #define HEADER_START UINT32_C(0x52494d31) /* so that memory that is all zero does not hold */
 #define AT(field) offsetof(struct rim_monitor, field)
 
-_Static_assert(AT(guard) % 4u == 0 && AT(life.slot) % 4u == 0 && sizeof(rim_alarm) % 4u == 0 &&
-                   sizeof(rim_alarm_slot) % 4u == 0 && AT(last.interference) % 4u == 0,
+_Static_assert(AT(guard) % 4u == 0 && AT(life) % 4u == 0 && AT(life.slot) % 4u == 0 &&
+                   sizeof(rim_alarm) % 4u == 0 && sizeof(rim_alarm_slot) % 4u == 0 &&
+                   AT(last.interference) % 4u == 0,
                "summed by words");
 
 static uint32_t sum_between(uint32_t sum, const rim_monitor *m, size_t begin, size_t end) {
   return rimi_word_sum(sum, (const unsigned char *)m + begin, (end - begin) / 4u);
 }
 
-/* Leaves out records of alarms that neither stand nor wait, and the verdict's record, which each
- * row overwrites. They are half of the header, and nobody reads them. */
+/* Leaves out what nobody reads, which is half of the header: records of alarms that neither stand
+ * nor wait, the verdict's record, which each row overwrites, and gaps where there were none. */
 static uint32_t sum_header(const rim_monitor *m) {
-  uint32_t sum = sum_between(HEADER_START, m, 0, AT(life.slot));
+  uint32_t sum = sum_between(HEADER_START, m, AT(life), AT(life.slot));
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {
     const rim_alarm_slot *slot = &m->life.slot[i];
     const size_t begin = AT(life.slot) + i * sizeof *slot;
     sum = sum_between(sum, m, begin + (slot->stands || slot->due ? 0u : sizeof(rim_alarm)),
                       begin + sizeof *slot);
   }
-  sum = sum_between(sum, m, AT(life.slot) + RIM_DETECTORS * sizeof m->life.slot[0], AT(last.alarm));
+  const size_t end = m->gaps > 0 ? AT(last.alarm) : AT(gap);
+  sum = sum_between(sum, m, AT(life.slot) + RIM_DETECTORS * sizeof m->life.slot[0], end);
+  if (m->gaps == 0)
+    sum = sum_between(sum, m, AT(gaps), AT(last.alarm));
   return sum_between(sum, m, AT(last.interference), AT(guard));
+}
+
+static uint32_t sum_fixed(const rim_monitor *m) {
+  return sum_between(HEADER_START, m, 0, AT(life));
+}
+void rimi_guard_fix(rim_monitor *m) { m->guard.fixed = sum_fixed(m); }
+
+static bool header_is_right(const rim_monitor *m) {
+  return sum_fixed(m) == m->guard.fixed && sum_header(m) == m->guard.header;
 }
 
 /* The header holds: its pointers can be followed. */
@@ -46,20 +59,20 @@ static uint32_t sum_history(const rim_monitor *m) {
 }
 
 bool rimi_guard_header_holds(const rim_monitor *m) {
-  return m->guard.damaged == 0 && (m->guard.busy || sum_header(m) == m->guard.header);
+  return m->guard.damaged == 0 && (m->guard.busy || header_is_right(m));
 }
 
 uint8_t rimi_guard_damage(const rim_monitor *m) {
   if (m->guard.damaged != 0)
     return m->guard.damaged;
-  return sum_header(m) == m->guard.header ? 0 : (uint8_t)RIM_DAMAGE_CONTROL;
+  return header_is_right(m) ? 0 : (uint8_t)RIM_DAMAGE_CONTROL;
 }
 
 bool rimi_guard_enter(rim_monitor *m) {
   monitor_guard *g = &m->guard;
   if (g->damaged != 0)
     return false;
-  if (sum_header(m) != g->header || sum_parts(m) != g->parts)
+  if (!header_is_right(m) || sum_parts(m) != g->parts)
     g->damaged = RIM_DAMAGE_CONTROL;
   else if (sum_history(m) != g->history)
     g->damaged = RIM_DAMAGE_RUN;
@@ -69,7 +82,7 @@ bool rimi_guard_enter(rim_monitor *m) {
 
 bool rimi_guard_enter_header(rim_monitor *m) {
   monitor_guard *g = &m->guard;
-  if (g->damaged == 0 && sum_header(m) != g->header)
+  if (g->damaged == 0 && !header_is_right(m))
     g->damaged = RIM_DAMAGE_CONTROL;
   return g->damaged == 0;
 }

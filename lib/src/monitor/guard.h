@@ -32,7 +32,7 @@
 #define GUARD_LEAST 16u    /* words of the image a row, at least */
 #define GUARD_MOST 2048u   /* at most */
 #define GUARD_NO_RATE 32u  /* where rows have no rate */
-#define GUARD_SLOTS 4u     /* blocks of the ring a row, */
+#define GUARD_SLOTS 3u     /* blocks of the ring a row, */
 #define GUARD_FEW_SLOTS 1u /* and where each row is a block */
 
 /* A second copy of what outlives a repair, with a sum of its own. */
@@ -45,6 +45,7 @@ typedef struct monitor_kept {
 /* Part of the monitor, outside of what it sums. */
 typedef struct monitor_guard {
   monitor_kept kept;
+  uint32_t fixed;                  /* of the header's begin, which rimi_guard_fix() took */
   uint32_t header, parts, history; /* left by the last call */
   uint32_t image[GUARD_PARTS];     /* sums of its parts, as it was accepted */
   uint32_t image_now, image_at;    /* of this part's words before image_at; words */
@@ -66,6 +67,8 @@ void rimi_guard_leave_header(rim_monitor *m);
 bool rimi_guard_header_holds(const rim_monitor *m);
 /* RIM_DAMAGE_...: what was found, and whether the header holds now. */
 uint8_t rimi_guard_damage(const rim_monitor *m);
+/* Takes the header up to the alarms' life as it is: it says what is where, and no row changes it. */
+void rimi_guard_fix(rim_monitor *m);
 /* A call of rimi_guard_enter() ends. */
 void rimi_guard_leave(rim_monitor *m);
 

@@ -392,6 +392,7 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
   m->magic = MONITOR_MAGIC;
   m->library = RIM_VERSION_NUMBER;
   m->header_bytes = (uint32_t)sizeof *m;
+  rimi_guard_fix(m);
   rimi_guard_accept_image(m);
   rimi_guard_renew(m);
   rimi_guard_leave(m);
@@ -440,6 +441,7 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
     rimi_search_attach(m->search, &p.search);
   if (!rimi_guard_history_holds(m) || !rimi_guard_all(m))
     return RIM_E_DATA;
+  rimi_guard_fix(m);
   rimi_guard_leave(m);
   *monitor = m;
   return RIM_OK;

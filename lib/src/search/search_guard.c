@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Of both searches: what monitor/guard.h sums, and what must hold of it. */
 #include "base/crc.h"
+#include "base/real.h"
 #include "search/search_private.h"
 
 #define CHANNELS_A_ROW 3u
@@ -17,8 +18,10 @@ uint32_t rimi_search_slot_sum(const rim_search *s, uint32_t slot) {
   const uint32_t fine = search_fine(s);
   const uint8_t few[4] = {(uint8_t)search_activities(s)[slot], search_disturbances(s)[slot],
                           search_apart(s)[slot], 0};
-  uint32_t sum = rimi_byte_sum(slot + 1u, &search_times(s)[slot], 4);
-  sum = rimi_byte_sum(sum, few, sizeof few);
+  uint32_t first[2];
+  RIM_COPY(first, &search_times(s)[slot], 4);
+  RIM_COPY(first + 1, few, 4);
+  uint32_t sum = rimi_word_sum(slot + 1u, first, 2);
   sum = rimi_byte_sum(sum, search_features(s, slot), s->config.features);
   sum = rimi_byte_sum(sum, search_means(s, slot), s->config.means);
   sum = rimi_byte_sum(sum, search_predictions(s, slot), fine);
