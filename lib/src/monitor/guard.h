@@ -67,7 +67,7 @@ void rimi_guard_leave_header(rim_monitor *m);
 bool rimi_guard_header_holds(const rim_monitor *m);
 /* RIM_DAMAGE_...: what was found, and whether the header holds now. */
 uint8_t rimi_guard_damage(const rim_monitor *m);
-/* Takes the header up to the alarms' life as it is: it says what is where, and no row changes it. */
+/* Takes the header up to the alarms' life as it is. It says what is where; no row changes it. */
 void rimi_guard_fix(rim_monitor *m);
 /* A call of rimi_guard_enter() ends. */
 void rimi_guard_leave(rim_monitor *m);
