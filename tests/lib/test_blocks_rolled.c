@@ -195,6 +195,46 @@ static void the_most_states_are_as_one(void **unused) {
   assert_true(rimi_blocks_has_resumed(all.b));
 }
 
+/* A state that begins at a reading out of range, in either of the first two blocks, is told: from
+ * half of the margin to which readings are limited, on either side. All three are of one sensor. */
+static void a_state_that_begins_out_of_range_is_told(void **unused) {
+  (void)unused;
+  for (uint32_t k = 0; k < 16; ++k) {
+    bench s;
+    start_with(&s, 0.0, 3);
+    const double reading = ((k & 1u) != 0 ? -1.0 : 1.0) * ((k & 2u) != 0 ? 149.0 : 151.0);
+    const uint32_t at = k >> 2; /* the block in which it is */
+    for (uint32_t t = 0; t < 4 * BLOCK; ++t)
+      (void)offer(&s, t, 0, t / BLOCK == at ? reading : 1.0);
+    const bool is_told = at < 2 && (k & 2u) == 0;
+    assert_int_equal(rimi_blocks_out_states(s.b), is_told ? 7 : 0);
+    assert_int_equal(rimi_blocks_knows_all(s.b), !is_told);
+    rimi_blocks_reset(s.b);
+    assert_int_equal(rimi_blocks_out_states(s.b), 0);
+  }
+}
+
+/* Where rows bring predictions, no outcome is a feature, and none is out of range. */
+static void a_state_of_no_feature_is_never_out_of_range(void **unused) {
+  (void)unused;
+  bench s;
+  start(&s, 0.0);
+  blocks_config config = {.features = D,
+                          .outcomes = 1,
+                          .block_rows = BLOCK,
+                          .external = true,
+                          .period_s = PERIOD_S,
+                          .role = s.role,
+                          .range = s.range.byte};
+  assert_int_equal(rimi_basis_open(&config.basis, s.basis.byte, s.basis.size, D, 1), RIM_OK);
+  assert_int_equal(rimi_blocks_init(&s.b, s.memory, sizeof s.memory, &config), RIM_OK);
+  const double row[D] = {200.0, 200.0}, outcome = 200.0, mean = 0.0, sd = 1.0;
+  for (uint32_t t = 0; t < 2 * BLOCK; ++t)
+    (void)rimi_blocks_row(s.b, PERIOD_S * t, row, &outcome, &mean, &sd);
+  assert_int_equal(rimi_blocks_count(s.b), 2);
+  assert_int_equal(rimi_blocks_out_states(s.b), 0);
+}
+
 /* An upset made an operation what none is: its term says nothing, and the other what it did. */
 static void an_operation_that_is_none(void **unused) {
   (void)unused;
@@ -217,6 +257,8 @@ int main(void) {
                                      cmocka_unit_test(a_first_reading_is_limited),
                                      cmocka_unit_test(a_state_goes_on_after_a_gap),
                                      cmocka_unit_test(the_most_states_are_as_one),
+                                     cmocka_unit_test(a_state_that_begins_out_of_range_is_told),
+                                     cmocka_unit_test(a_state_of_no_feature_is_never_out_of_range),
                                      cmocka_unit_test(an_operation_that_is_none)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,9 +13,10 @@
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
 #define RATE_FAST 0.67
-#define MOST_TURNS 2e9   /* of an angle in a run */
-#define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
-#define FIRST_BLOCKS 2u  /* whose mean is the first reading */
+#define OUT_MARGIN (0.5 * BLOCKS_LIMIT_MARGIN) /* of a block's mean, whose readings are limited */
+#define MOST_TURNS 2e9                         /* of an angle in a run */
+#define MOST_MISSING 1e6                       /* rows of a gap over which the filters go on */
+#define FIRST_BLOCKS 2u                        /* whose mean is the first reading */
 #define ODD_OUTCOMES                                                                               \
   2u /* of a first block from which on it is none; one may be a sensor's fault                     \
       */
@@ -33,8 +34,9 @@ struct blocks {
   double told_period_s; /* recent mean time between rows, however long the gaps */
   uint32_t count, rows; /* blocks ended; rows used since the start */
   uint16_t rows_in_block, seconds, out_feature;
-  uint32_t missing; /* rows that a gap before this one left out */
-  uint8_t recent;   /* readings before this one without a gap, at most 2 */
+  uint32_t missing;    /* rows that a gap before this one left out */
+  uint32_t out_states; /* bit s: state s began at a reading out of range */
+  uint8_t recent;      /* readings before this one without a gap, at most 2 */
   bool started;
   bool late;      /* the run began before its first row */
   bool told_late; /* by rimi_blocks_begin_late() */
@@ -452,6 +454,24 @@ static void take_first(blocks *b) {
   }
 }
 
+/* Whether a feature's mean over the block is out of range: a unit, or a sensor, that is wrong. */
+static bool is_out(const blocks *b, size_t f) {
+  const double low = (double)rimi_le_f32(b->config.range, f);
+  const double high = (double)rimi_le_f32(b->config.range, b->config.features + f);
+  const double margin = OUT_MARGIN * (high - low);
+  return whole_turn(b, f) == 0.0 && (SUM(b)[f] < low - margin || SUM(b)[f] > high + margin);
+}
+
+/* In the blocks whose readings the states begin at. */
+static void find_out_states(blocks *b) {
+  for (uint32_t s = 0; s < b->config.basis.states && b->count < FIRST_BLOCKS; ++s) {
+    const uint32_t o = rimi_le_index(b->config.basis.state, s, b->config.outcomes);
+    const uint16_t f = rimi_blocks_outcome_feature(b, o);
+    if (f != BLOCKS_NO_FEATURE && is_out(b, f))
+      b->out_states |= UINT32_C(1) << s;
+  }
+}
+
 /* Of a state, the reading of its outcome in the block that ended last. */
 static double reading_of(const blocks *b, size_t s) {
   return OUTCOME(b)[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
@@ -480,7 +500,8 @@ static void roll(blocks *b, const double *before) {
 }
 
 /* Whether the features of the run's first block are none that healthy runs begin with: one that is
- * given to the vehicle, or several outcomes. One outcome alone may be a sensor that is wrong. */
+ * given to the vehicle, or several outcomes. One outcome alone may be a sensor that is wrong, and
+ * one that is out of range is. */
 static bool begins_late(const blocks *b) {
   const rim_basis *n = &b->config.basis;
   uint32_t odd = 0;
@@ -494,7 +515,8 @@ static bool begins_late(const blocks *b) {
     bool is_outcome = false;
     for (size_t o = 0; o < b->config.outcomes && !is_outcome; ++o)
       is_outcome = rimi_le_u16(b->config.outcome_feature, o) == f;
-    odd += is_outcome ? 1u : ODD_OUTCOMES;
+    if (!is_outcome || !is_out(b, f))
+      odd += is_outcome ? 1u : ODD_OUTCOMES;
   }
   return odd >= ODD_OUTCOMES;
 }
@@ -576,7 +598,7 @@ static void find_unknown(blocks *b) {
       unknown(b)[t] = decay(b)[t];
   }
   const double beyond = rimi_blocks_beyond_learnt(b);
-  bool any = b->late || b->resumed || b->lost_rows > 0.0 || beyond > 0.0;
+  bool any = b->late || b->resumed || b->out_states != 0 || b->lost_rows > 0.0 || beyond > 0.0;
   for (size_t t = 0; t < n->times && !any; ++t)
     any = unknown_sum(b)[t] > FORGOTTEN * (double)b->rows_in_block;
   b->knows_all = !any;
@@ -638,6 +660,7 @@ static void end_block(blocks *b) {
   }
   take_first(b);
   if (b->config.basis.terms + b->config.basis.means > 0) { /* there are models */
+    find_out_states(b);
     roll(b, before);
     evaluate_terms(b);
     find_unknown(b);
@@ -703,6 +726,7 @@ uint16_t rimi_blocks_outcome_feature(const blocks *b, uint32_t outcome) {
 bool rimi_blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
 bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }
 bool rimi_blocks_has_resumed(const blocks *b) { return b->resumed; }
+uint32_t rimi_blocks_out_states(const blocks *b) { return b->out_states; }
 bool rimi_blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
 const uint16_t *rimi_blocks_unknown(const blocks *b) { return unknown_term(b); }
 double rimi_blocks_since_start_s(const blocks *b) {

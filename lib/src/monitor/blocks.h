@@ -98,8 +98,9 @@ bool rimi_blocks_has_first(const blocks *b);
 uint16_t rimi_blocks_outcome_feature(const blocks *b,
                                      uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
 bool rimi_blocks_knows_start(const blocks *b);          /* the run began as healthy runs begin */
-bool rimi_blocks_has_resumed(const blocks *b); /* states went on from readings after a gap */
-bool rimi_blocks_knows_all(const blocks *b);   /* every term is what the commands made it */
+bool rimi_blocks_has_resumed(const blocks *b);    /* states went on from readings after a gap */
+uint32_t rimi_blocks_out_states(const blocks *b); /* bit s: state s began out of range */
+bool rimi_blocks_knows_all(const blocks *b);      /* every term is what the commands made it */
 const uint16_t *
 rimi_blocks_unknown(const blocks *b); /* [terms]: rimi_behaviour_error; else not valid */
 double rimi_blocks_since_start_s(const blocks *b); /* middle of the block */

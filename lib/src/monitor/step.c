@@ -134,6 +134,7 @@ static bool find_unknown(rim_monitor *m) {
   rimi_behaviour_error(&m->models.behaviour, rimi_blocks_unknown(m->rows),
                        rimi_blocks_knows_start(m->rows), error);
   add_resumed(m, error);
+  doubt_states(m, rimi_blocks_out_states(m->rows), error);
   const bool too_long = gathers_too_long(m);
   if (too_long)
     doubt_states(m, UINT32_MAX, error);
@@ -145,10 +146,9 @@ static bool find_unknown(rim_monitor *m) {
       own = error[o];
       break;
     case RIM_CHANNEL_AGREEMENT:
-      own = too_long && is_sum(m, o)
-                ? MONITOR_NOT_KNOWN
-                : rimi_agreement_error(&m->models.agreement, (uint32_t)o,
-                                       rimi_blocks_means(m->rows), error);
+      own = too_long && is_sum(m, o) ? MONITOR_NOT_KNOWN
+                                     : rimi_agreement_error(&m->models.agreement, (uint32_t)o,
+                                                            rimi_blocks_means(m->rows), error);
       break;
     case RIM_CHANNEL_SCATTER:
       own = error[outcomes + o];

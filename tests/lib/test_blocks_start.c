@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/* monitor/blocks.c: whether a run begins as healthy runs do, where readings are out of range. */
+#include "image/basis.h"
+#include "monitor/blocks.h"
+#include "section_bytes.h"
+
+enum { COMMAND, SENSOR, OTHER, D, O = 2, BLOCK = 5 };
+
+/* A command, which is the model's one term, and two outcomes. Healthy runs begin where all are 0,
+ * +-.25; the command goes to +-1, the outcomes to +-10 and +-4. */
+static blocks *started(void) {
+  static bytes basis, outcome_feature, range;
+  static _Alignas(8) uint8_t memory[4096];
+  static const uint8_t role[D] = {BLOCKS_COMMAND, 0, 0};
+  static const double widest[D] = {1.0, 10.0, 4.0};
+  basis.size = outcome_feature.size = range.size = 0;
+  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, 1, 0, 2, 0, 0};
+  for (size_t i = 0; i < 8; ++i)
+    u32(&basis, header[i]);
+  u16(&basis, COMMAND);
+  u16(&basis, BASIS_PLAIN);
+  f32(&basis, 1.0); /* share of the time constant: the row itself */
+  for (size_t i = 0; i < 4; ++i)
+    u16(&basis, i == 0 ? BASIS_MEAN : 0);
+  f32(&basis, 0.0);
+  f32(&basis, 1.0);
+  for (size_t i = 0; i < 2 * O + 2 * D; ++i) /* first, first_sd; start, start_sd */
+    f32(&basis, i < O || (i >= 2 * O && i < 2 * O + D) ? 0.0 : 0.25);
+  u16(&outcome_feature, SENSOR);
+  u16(&outcome_feature, OTHER);
+  for (size_t f = 0; f < 2 * D; ++f)
+    f32(&range, f < D ? -widest[f] : widest[f - D]);
+  blocks_config config = {.features = D,
+                          .outcomes = O,
+                          .block_rows = BLOCK,
+                          .period_s = 0.1,
+                          .outcome_feature = outcome_feature.byte,
+                          .role = role,
+                          .range = range.byte};
+  assert_int_equal(rimi_basis_open(&config.basis, basis.byte, basis.size, D, O), RIM_OK);
+  blocks *b;
+  assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
+  return b;
+}
+
+/* Two outcomes at which no healthy run begins are another start; but those of them that are out of
+ * range, from half of the margin to which readings are limited, are a wrong sensor or unit. */
+static void outcomes_out_of_range_are_no_other_start(void **state) {
+  (void)state;
+  const struct {
+    double command, sensor, other;
+    bool is_start;
+  } cases[] = {
+      {0.0, 3.0, 0.0, true},   {0.0, 3.0, 3.0, false},   {0.0, 14.9, 3.0, false},
+      {0.0, 15.1, 3.0, true},  {0.0, -14.9, 3.0, false}, {0.0, -15.1, 3.0, true},
+      {0.0, 14.9, 5.9, false}, {0.0, 14.9, -6.1, true},  {0.0, 15.1, 6.1, true},
+      {1.1, 15.1, 6.1, false}, {1.9, 15.1, 6.1, false}, /* a command was given to the vehicle */
+  };
+  for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
+    blocks *const b = started();
+    const double x[D] = {cases[k].command, cases[k].sensor, cases[k].other};
+    for (uint32_t t = 0; t < BLOCK; ++t)
+      (void)rimi_blocks_row(b, 0.1 * t, x, NULL, NULL, NULL);
+    assert_int_equal(rimi_blocks_count(b), 1);
+    assert_int_equal(rimi_blocks_knows_start(b), cases[k].is_start);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {cmocka_unit_test(outcomes_out_of_range_are_no_other_start)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
