@@ -454,8 +454,9 @@ static void take_first(blocks *b) {
   }
 }
 
-/* Whether a feature's mean over the block is out of range: a unit, or a sensor, that is wrong. */
-static bool is_out(const blocks *b, size_t f) {
+bool rimi_blocks_is_out(const blocks *b, uint16_t f) {
+  if (f >= b->config.features)
+    return false;
   const double low = (double)rimi_le_f32(b->config.range, f);
   const double high = (double)rimi_le_f32(b->config.range, b->config.features + f);
   const double margin = OUT_MARGIN * (high - low);
@@ -466,8 +467,7 @@ static bool is_out(const blocks *b, size_t f) {
 static void find_out_states(blocks *b) {
   for (uint32_t s = 0; s < b->config.basis.states && b->count < FIRST_BLOCKS; ++s) {
     const uint32_t o = rimi_le_index(b->config.basis.state, s, b->config.outcomes);
-    const uint16_t f = rimi_blocks_outcome_feature(b, o);
-    if (f != BLOCKS_NO_FEATURE && is_out(b, f))
+    if (rimi_blocks_is_out(b, rimi_blocks_outcome_feature(b, o)))
       b->out_states |= UINT32_C(1) << s;
   }
 }
@@ -515,7 +515,7 @@ static bool begins_late(const blocks *b) {
     bool is_outcome = false;
     for (size_t o = 0; o < b->config.outcomes && !is_outcome; ++o)
       is_outcome = rimi_le_u16(b->config.outcome_feature, o) == f;
-    if (!is_outcome || !is_out(b, f))
+    if (!is_outcome || !rimi_blocks_is_out(b, (uint16_t)f))
       odd += is_outcome ? 1u : ODD_OUTCOMES;
   }
   return odd >= ODD_OUTCOMES;
@@ -590,6 +590,14 @@ static double term_unknown(const blocks *b, size_t i, double beyond) {
   return 0.0;
 }
 
+static bool any_outcome_is_out(const blocks *b) {
+  for (uint32_t o = 0; o < b->config.outcomes; ++o) {
+    if (rimi_blocks_is_out(b, rimi_blocks_outcome_feature(b, o)))
+      return true;
+  }
+  return false;
+}
+
 static void find_unknown(blocks *b) {
   const rim_basis *n = &b->config.basis;
   if (b->count == 0 && (b->told_late || begins_late(b))) {
@@ -598,7 +606,8 @@ static void find_unknown(blocks *b) {
       unknown(b)[t] = decay(b)[t];
   }
   const double beyond = rimi_blocks_beyond_learnt(b);
-  bool any = b->late || b->resumed || b->out_states != 0 || b->lost_rows > 0.0 || beyond > 0.0;
+  bool any = b->late || b->resumed || b->out_states != 0 || b->lost_rows > 0.0 || beyond > 0.0 ||
+             any_outcome_is_out(b);
   for (size_t t = 0; t < n->times && !any; ++t)
     any = unknown_sum(b)[t] > FORGOTTEN * (double)b->rows_in_block;
   b->knows_all = !any;

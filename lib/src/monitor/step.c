@@ -123,8 +123,22 @@ static bool is_sum(const rim_monitor *m, size_t o) {
   return source == AGREEMENT_INTEGRAL || source == AGREEMENT_INTO;
 }
 
+/* Whether the outcome is held against a sum in which another one is that is out of range: its
+ * reading is limited, and the sum is not what the vehicle did. */
+static bool sums_what_is_out(const rim_monitor *m, uint32_t o) {
+  for (uint32_t j = 0; j < m->words[RIM_CONFIG_OUTCOMES]; ++j) {
+    const uint16_t feature = rimi_blocks_outcome_feature(m->rows, j);
+    if (j == o || !rimi_blocks_is_out(m->rows, feature))
+      continue;
+    if (rimi_agreement_gain(&m->models.agreement, o, j, feature).factor ||
+        rimi_agreement_integral(&m->models.agreement, o) == j)
+      return true;
+  }
+  return false;
+}
+
 /* The channels of which this block says nothing: what they should be follows from commands of which
- * too much is not known. */
+ * too much is not known, or from a reading that is out of range. */
 static bool find_unknown(rim_monitor *m) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   if (m->words[RIM_CONFIG_EXTERNAL] != 0 || rimi_blocks_knows_all(m->rows))
@@ -146,9 +160,10 @@ static bool find_unknown(rim_monitor *m) {
       own = error[o];
       break;
     case RIM_CHANNEL_AGREEMENT:
-      own = too_long && is_sum(m, o) ? MONITOR_NOT_KNOWN
-                                     : rimi_agreement_error(&m->models.agreement, (uint32_t)o,
-                                                            rimi_blocks_means(m->rows), error);
+      own = is_sum(m, o) && (too_long || sums_what_is_out(m, (uint32_t)o))
+                ? MONITOR_NOT_KNOWN
+                : rimi_agreement_error(&m->models.agreement, (uint32_t)o,
+                                       rimi_blocks_means(m->rows), error);
       break;
     case RIM_CHANNEL_SCATTER:
       own = error[outcomes + o];
