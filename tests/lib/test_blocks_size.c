@@ -44,8 +44,12 @@ static size_t basis_adds(rim_basis basis) {
 
 static void the_basis(void **state) {
   (void)state;
-  /* A filter and its sum of every input and time, three of a time, one of an input. */
-  assert_int_equal(basis_adds((rim_basis){.inputs = 3, .times = 2}), (2 * 3 * 2 + 3 * 2 + 3) * 8);
+  /* A filter and its sum of every input and time, three of a time, one of an input, and its count
+   * and age of half as much, rounded up to whole doubles. */
+  assert_int_equal(basis_adds((rim_basis){.inputs = 3, .times = 2}),
+                   (2 * 3 * 2 + 3 * 2 + 3 + 2) * 8);
+  assert_int_equal(basis_adds((rim_basis){.inputs = 4, .times = 2}),
+                   (2 * 4 * 2 + 3 * 2 + 4 + 2) * 8);
   assert_int_equal(basis_adds((rim_basis){.states = 5}), 5 * 8);
   assert_int_equal(basis_adds((rim_basis){.rates = 5}), 5 * 8);
   assert_int_equal(basis_adds((rim_basis){.means = 5}), 5 * 8);

@@ -44,17 +44,17 @@ static blocks *started(void) {
 }
 
 /* Two outcomes at which no healthy run begins are another start; but those of them that are out of
- * range, from half of the margin to which readings are limited, are a wrong sensor or unit. */
+ * range, beyond it and half of its width, are a wrong sensor or unit. */
 static void outcomes_out_of_range_are_no_other_start(void **state) {
   (void)state;
   const struct {
     double command, sensor, other;
     bool is_start;
   } cases[] = {
-      {0.0, 3.0, 0.0, true},   {0.0, 3.0, 3.0, false},   {0.0, 14.9, 3.0, false},
-      {0.0, 15.1, 3.0, true},  {0.0, -14.9, 3.0, false}, {0.0, -15.1, 3.0, true},
-      {0.0, 14.9, 5.9, false}, {0.0, 14.9, -6.1, true},  {0.0, 15.1, 6.1, true},
-      {1.1, 15.1, 6.1, false}, {1.9, 15.1, 6.1, false}, /* a command was given to the vehicle */
+      {0.0, 3.0, 0.0, true},   {0.0, 3.0, 3.0, false},   {0.0, 20.0, 3.0, false},
+      {0.0, 20.1, 3.0, true},  {0.0, -20.0, 3.0, false}, {0.0, -20.1, 3.0, true},
+      {0.0, 20.0, 8.0, false}, {0.0, 20.0, -8.1, true},  {0.0, 20.1, 8.1, true},
+      {1.1, 20.1, 8.1, false}, {1.9, 20.1, 8.1, false}, /* a command was given to the vehicle */
   };
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
     blocks *const b = started();
@@ -66,7 +66,31 @@ static void outcomes_out_of_range_are_no_other_start(void **state) {
   }
 }
 
+/* A reading is out of range in a block where half of its rows or more are, of either sign. A
+ * command and a feature that there is not never are. */
+static void half_of_a_block_is_out_of_range(void **state) {
+  (void)state;
+  for (uint32_t rows = 0; rows <= BLOCK; ++rows) {
+    blocks *const b = started();
+    for (uint32_t t = 0; t < 3 * BLOCK; ++t) {
+      const bool is_far = t / BLOCK == 1 && t % BLOCK < rows;
+      const double far = t % 2 == 0 ? 1e300 : -1e300;
+      const double x[D] = {is_far ? far : 0.1, is_far ? far : 0.2, 0.3};
+      const bool ended = rimi_blocks_row(b, 0.1 * t, x, NULL, NULL, NULL) == BLOCKS_DONE;
+      if (!ended)
+        continue;
+      const bool is_out = t / BLOCK == 1 && rows > 2; /* of five */
+      assert_int_equal(rimi_blocks_is_out(b, SENSOR), is_out);
+      assert_false(rimi_blocks_is_out(b, COMMAND));
+      assert_false(rimi_blocks_is_out(b, OTHER));
+      assert_false(rimi_blocks_is_out(b, D));
+      assert_int_equal(rimi_blocks_knows_all(b), !is_out);
+    }
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(outcomes_out_of_range_are_no_other_start)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(outcomes_out_of_range_are_no_other_start),
+                                     cmocka_unit_test(half_of_a_block_is_out_of_range)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

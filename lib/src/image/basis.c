@@ -127,9 +127,8 @@ static bool begins_are_finite(const rim_basis *b, uint32_t features, uint32_t ou
          (b->first_sd == NULL || finite_numbers(b->first_sd, outcomes, true)) &&
          (b->start == NULL || (finite_numbers(b->start, features, false) &&
                                finite_numbers(b->start_sd, features, true))) &&
-         (b->begin == NULL ||
-          (b->learnt_s > 0.0 && rimi_is_finite(b->learnt_s) &&
-           finite_numbers(b->begin, 2u * (size_t)b->inputs * b->times, false)));
+         (b->begin == NULL || (b->learnt_s > 0.0 && rimi_is_finite(b->learnt_s) &&
+                               finite_numbers(b->begin, 2u * (size_t)b->inputs * b->times, false)));
 }
 
 rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
@@ -155,10 +154,9 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   const size_t starts = spread > 1u ? 2u : 0u; /* per feature */
   const size_t begins = spread > 2u ? 1u + 2u * (size_t)b.inputs * b.times : 0u;
   const size_t need =
-      4u *
-      (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms + 3u * (size_t)b.means +
-       firsts * (size_t)outcomes + starts * (size_t)features + begins +
-       ((size_t)b.states + 1u) / 2u + 2u * (size_t)b.states + 3u * (size_t)b.rates);
+      4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
+            3u * (size_t)b.means + firsts * (size_t)outcomes + starts * (size_t)features + begins +
+            ((size_t)b.states + 1u) / 2u + 2u * (size_t)b.states + 3u * (size_t)b.rates);
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   b.input = section + 4u * HEADER_WORDS;
@@ -472,4 +470,14 @@ agreement_gain rimi_agreement_gain(const rim_agreement *a, uint32_t outcome, uin
     }
   }
   return gain;
+}
+
+bool rimi_agreement_takes(const rim_agreement *a, uint32_t outcome, uint32_t j, uint16_t feature) {
+  const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
+  if (rimi_agreement_source(a, outcome) == AGREEMENT_FEW) {
+    const float weight = j < a->outcomes ? rimi_le_f32(row, AGREEMENT_FIRST + j) : 0.0f;
+    return weight > 0.0f || weight < 0.0f;
+  }
+  return rimi_agreement_gain(a, outcome, j, feature).factor ||
+         (j < a->outcomes && rimi_agreement_integral(a, outcome) == j);
 }

@@ -225,4 +225,10 @@ typedef struct agreement_gain {
 agreement_gain rimi_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j,
                                    uint16_t feature);
 
+/* Whether the reading of a feature, that of outcome j (O: of none), is in what `outcome` is held
+ * against, or integrates what it is held against. Residuals of other outcomes are not readings.
+ * O(integrands). */
+bool rimi_agreement_takes(const rim_agreement *view, uint32_t outcome, uint32_t j,
+                          uint16_t feature);
+
 #endif

@@ -1,122 +1,28 @@
 /* SPDX-License-Identifier: MIT */
-#include "monitor/blocks.h"
+#include "monitor/blocks_private.h"
 
 #include <string.h>
 
 #include "base/bytes.h"
 #include "base/crc.h"
-#include "base/real.h"
 #include "base/usable.h"
 #include "image/rolled.h"
-#include "rim/image.h"
 
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
 #define RATE_FAST 0.67
-#define OUT_MARGIN (0.5 * BLOCKS_LIMIT_MARGIN) /* of a block's mean, whose readings are limited */
-#define MOST_TURNS 2e9                         /* of an angle in a run */
-#define MOST_MISSING 1e6                       /* rows of a gap over which the filters go on */
-#define FIRST_BLOCKS 2u                        /* whose mean is the first reading */
-#define ODD_OUTCOMES                                                                               \
-  2u /* of a first block from which on it is none; one may be a sensor's fault                     \
-      */
-#define LOST_PART 0.5       /* of a block: how much of the commands a gap may hide unnoticed */
-#define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
-#define BEYOND_SD 2.0       /* of a term, where a run is longer than any that was learnt */
-#define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
-#define LEARNT_RUNS 1.1     /* of a healthy run: how far the longest of them may go */
-
-struct blocks {
-  blocks_config config;
-  blocks_health health;
-  double start_s, previous_s, block_start_s, mean_period_s, out_value, lost_rows;
-  double rolled_s;      /* middle of the block to which the states were rolled */
-  double told_period_s; /* recent mean time between rows, however long the gaps */
-  uint32_t count, rows; /* blocks ended; rows used since the start */
-  uint16_t rows_in_block, seconds, out_feature;
-  uint32_t missing;    /* rows that a gap before this one left out */
-  uint32_t out_states; /* bit s: state s began at a reading out of range */
-  uint8_t recent;      /* readings before this one without a gap, at most 2 */
-  bool started;
-  bool late;      /* the run began before its first row */
-  bool told_late; /* by rimi_blocks_begin_late() */
-  bool bridged;   /* the gap before this row was too long for its block */
-  bool knows_all; /* of the block that ended: its terms */
-  bool resumed;   /* states went on from readings after a gap */
-};
-
-/* Arrays: first the history, which one row leaves for the next, and then what a block's end makes
- * of it. Those named external are there only when the configuration is. */
-enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 7, EXTERNAL_ARRAYS = 3 };
-
-static double *array(const blocks *b) {
-  return (double *)(void *)((unsigned char *)(uintptr_t)b + ((sizeof *b + 7u) & ~(size_t)7u));
-}
-static double *feature_array(const blocks *b, size_t which) {
-  return array(b) + which * b->config.features;
-}
-static double *outcome_array(const blocks *b, size_t which) {
-  return feature_array(b, FEATURE_ARRAYS) + which * b->config.outcomes;
-}
-#define SUM(b) feature_array(b, 0)     /* of the block, then its mean */
-#define LAST(b) feature_array(b, 1)    /* last reading, unwrapped */
-#define OUTCOME(b) outcome_array(b, 0) /* of the block that ended */
-#define FIRST(b) outcome_array(b, 1)
-#define ONE_AGO(b) outcome_array(b, 2)
-#define TWO_AGO(b) outcome_array(b, 3)
-#define O_SUM(b) outcome_array(b, 4)
-#define SQUARES(b) outcome_array(b, 5)
-#define SAME(b) outcome_array(b, 6)
-#define P_SUM(b) outcome_array(b, 7) /* external */
-#define S_SUM(b) outcome_array(b, 8) /* external */
-#define SD(b) outcome_array(b, 9) /* external; between blocks an alarm may tell its shift by it */
-
-static size_t outcome_arrays(const blocks_config *c) {
-  return OUTCOME_ARRAYS + (c->external ? EXTERNAL_ARRAYS : 0u);
-}
-static size_t filters(const blocks *b) {
-  return (size_t)b->config.basis.inputs * b->config.basis.times;
-}
-static double *filter(const blocks *b) { return outcome_array(b, outcome_arrays(&b->config)); }
-static double *filter_sum(const blocks *b) { return filter(b) + filters(b); }
-static double *decay(const blocks *b) { return filter_sum(b) + filters(b); }
-static double *integral(const blocks *b) { return decay(b) + b->config.basis.times; }
-static double *state(const blocks *b) { return integral(b) + b->config.basis.inputs; }
-static double *part(const blocks *b) { return state(b) + b->config.basis.states; }
-/* Sums of the integrands and of row times integrand; at the end of a block early and late. */
-static double *early(const blocks *b) { return part(b) + b->config.basis.rates; }
-static double *late(const blocks *b) { return early(b) + b->config.integrands; }
-/* Part of every exponential mean that is not known; its sum over the block. */
-static double *unknown(const blocks *b) { return late(b) + b->config.integrands; }
-static double *unknown_sum(const blocks *b) { return unknown(b) + b->config.basis.times; }
-/* Whole turns that unwrap an angle, per feature. */
-static int32_t *turns(const blocks *b) {
-  return (int32_t *)(void *)(unknown_sum(b) + b->config.basis.times);
-}
-
-static double *made_array(const blocks *b, size_t which) {
-  double *end = unknown_sum(b) + b->config.basis.times + (b->config.features + 1u) / 2u;
-  return end + which * b->config.outcomes;
-}
-#define SCATTER(b) made_array(b, 0)
-#define REPEATS(b) made_array(b, 1)
-#define PREDICTED(b) made_array(b, 2) /* external */
-
-static size_t made_arrays(const blocks_config *c) { return c->external ? 3u : 2u; }
-static double *term(const blocks *b) { return made_array(b, made_arrays(&b->config)); }
-static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
-/* Of every term. */
-static uint16_t *unknown_term(const blocks *b) {
-  return (uint16_t *)(void *)(means(b) + b->config.basis.means);
-}
+#define MOST_TURNS 2e9   /* of an angle in a run */
+#define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
+#define LOST_PART 0.5    /* of a block: how much of the commands a gap may hide unnoticed */
+#define LEARNT_RUNS 1.1  /* of a healthy run: how far the longest of them may go */
 
 size_t rimi_blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
-  const size_t outcomes = (outcome_arrays(c) + made_arrays(c)) * c->outcomes;
+  const size_t outcomes = (blocks_outcome_arrays(c) + blocks_made_arrays(c)) * c->outcomes;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + outcomes + 2u * (size_t)n->inputs * n->times +
                3u * (size_t)n->times + n->inputs + n->states + n->rates + n->terms +
-               (n->terms + 3u) / 4u + n->means + (c->features + 1u) / 2u +
+               (n->terms + 3u) / 4u + n->means + ROUND2(c->features) / 2u + ROUND2(n->inputs) / 2u +
                2u * (size_t)c->integrands);
 }
 
@@ -145,9 +51,10 @@ const void *rimi_blocks_control(const blocks *b, size_t *bytes) {
 }
 
 uint32_t rimi_blocks_history_sum(const blocks *b, uint32_t sum) {
-  const double *end = unknown_sum(b) + b->config.basis.times;
+  const double *end = blocks_unknown_sum(b) + b->config.basis.times;
   sum = rimi_upper_sum(sum, array(b), (size_t)(end - array(b)));
-  return rimi_word_sum(sum, turns(b), (b->config.features + 1u) / 2u * 2u);
+  return rimi_word_sum(sum, blocks_turns(b),
+                       ROUND2(b->config.features) + ROUND2(b->config.basis.inputs));
 }
 
 void rimi_blocks_reset(blocks *b) {
@@ -195,21 +102,18 @@ static double limited(blocks *b, size_t f, double x) {
   return rimi_clamp(x, low - margin, high + margin);
 }
 
-static double whole_turn(const blocks *b, size_t f) {
-  const uint8_t role = b->config.role[f];
-  return (role & BLOCKS_ANGLE_RAD) != 0   ? 2.0 * RIM_PI
-         : (role & BLOCKS_ANGLE_DEG) != 0 ? 360.0
-                                          : 0.0;
-}
-
 static void begin_block(blocks *b) {
   b->rows_in_block = 0;
   b->seconds = 0;
   memset(SUM(b), 0, 8u * (size_t)b->config.features);
+  for (size_t f = 0; f < b->config.features; ++f) {
+    if (!(blocks_whole_turn(b, f) > 0.0))
+      blocks_turns(b)[f] = 0;
+  }
   memset(O_SUM(b), 0, 8u * (b->config.external ? 5u : 3u) * b->config.outcomes);
-  memset(filter_sum(b), 0, 8u * filters(b));
-  memset(early(b), 0, 16u * (size_t)b->config.integrands);
-  memset(unknown_sum(b), 0, 8u * b->config.basis.times);
+  memset(blocks_filter_sum(b), 0, 8u * blocks_filters(b));
+  memset(blocks_early(b), 0, 16u * (size_t)b->config.integrands);
+  memset(blocks_unknown_sum(b), 0, 8u * b->config.basis.times);
 }
 
 static void take_time(blocks *b, double t_s) {
@@ -245,17 +149,19 @@ static void take_time(blocks *b, double t_s) {
  * on through its end. */
 static void take_features(blocks *b, const double *context) {
   double *last = LAST(b);
-  int32_t *turn = turns(b);
+  int32_t *turn = blocks_turns(b);
   b->out_feature = BLOCKS_NO_FEATURE;
   for (size_t f = 0; f < b->config.features; ++f) {
     double x = limited(b, f, context[f]);
-    const double whole = whole_turn(b, f);
+    const double whole = blocks_whole_turn(b, f);
     if (whole > 0.0) {
       if (b->rows > 0) {
         const double jump = rimi_floor((x - last[f]) / whole + 0.5);
         turn[f] = -(int32_t)rimi_clamp(jump, -MOST_TURNS, MOST_TURNS);
       }
       x += whole * (double)turn[f];
+    } else if (x < context[f] || x > context[f]) {
+      ++turn[f];
     }
     last[f] = x;
     SUM(b)[f] += x;
@@ -319,8 +225,8 @@ static void take_integrands(blocks *b) {
       x *= rimi_sin(radians(b, second));
       break;
     }
-    early(b)[g] += x;
-    late(b)[g] += x * (double)b->rows_in_block;
+    blocks_early(b)[g] += x;
+    blocks_late(b)[g] += x * (double)b->rows_in_block;
   }
 }
 
@@ -345,21 +251,16 @@ static double input_value(const blocks *b, size_t i) {
 
 /* What is left of the exponential mean t's past after this row and those that are missing. */
 static double keeps(const blocks *b, size_t t) {
-  double base = 1.0 - (double)rimi_le_f32(b->config.basis.share, t), power = base;
-  for (uint32_t n = b->missing; n > 0; n >>= 1) { /* at most 20 turns */
-    if ((n & 1u) != 0)
-      power *= base;
-    base *= base;
-  }
-  return power;
+  const double keep = 1.0 - (double)rimi_le_f32(b->config.basis.share, t);
+  return blocks_power(keep, keep, b->missing);
 }
 
 /* Of a mean that keeps `keep` since the row before, the part that is not known: what is left of the
  * old part, and the share of the gap. */
 static void forget(blocks *b, size_t t, double keep) {
   const double gap = b->bridged ? 1.0 - (double)rimi_le_f32(b->config.basis.share, t) - keep : 0.0;
-  unknown(b)[t] = gap + keep * unknown(b)[t];
-  unknown_sum(b)[t] += unknown(b)[t];
+  blocks_unknown(b)[t] = gap + keep * blocks_unknown(b)[t];
+  blocks_unknown_sum(b)[t] += blocks_unknown(b)[t];
 }
 
 /* Time since the start, as far as the healthy runs went. Their length is the longest time constant,
@@ -390,8 +291,8 @@ static void take_inputs(blocks *b) {
   }
   for (size_t i = 0; i < n->inputs; ++i) {
     const double u = input_value(b, i);
-    double *f = filter(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
-    integral(b)[i] += u * b->config.period_s * (1.0 + (double)b->missing);
+    double *f = blocks_filter(b) + i * n->times, *sum = blocks_filter_sum(b) + i * n->times;
+    blocks_integral(b)[i] += u * b->config.period_s * (1.0 + (double)b->missing);
     for (size_t t = 0; t < n->times; ++t) {
       /* Over a gap the command is taken to have been as in the row that ends it. */
       const double before = b->rows == 0 ? mean_before(b, i * n->times + t, u) : f[t];
@@ -402,39 +303,42 @@ static void take_inputs(blocks *b) {
   const double t_s = b->previous_s - b->start_s;
   const bool was_learnt = t_s < learnt_time_s(b, t_s) + 0.5 * b->config.period_s;
   for (size_t t = 0; t < n->times; ++t)
-    decay(b)[t] = b->rows == 0 ? 1.0 : was_learnt ? decay(b)[t] * keep[t] : decay(b)[t];
+    blocks_decay(b)[t] = b->rows == 0 ? 1.0
+                         : was_learnt ? blocks_decay(b)[t] * keep[t]
+                                      : blocks_decay(b)[t];
 }
 
 static double term_value(const blocks *b, size_t i) {
   const uint8_t *spec = b->config.basis.term;
   const rim_basis *n = &b->config.basis;
-  const size_t first = rimi_le_index(spec, 4 * i + 1, filters(b));
-  const size_t second = rimi_le_index(spec, 4 * i + 2, filters(b));
+  const size_t first = rimi_le_index(spec, 4 * i + 1, blocks_filters(b));
+  const size_t second = rimi_le_index(spec, 4 * i + 2, blocks_filters(b));
   const size_t time = rimi_le_index(spec, 4 * i + 2, n->times); /* also where nothing is filtered */
   const size_t outcome = rimi_le_index(spec, 4 * i + 1, b->config.outcomes);
   switch ((basis_op)rimi_le_u16(spec, 4 * i)) {
   case BASIS_MEAN:
-    return filter_sum(b)[first];
+    return blocks_filter_sum(b)[first];
   case BASIS_PRODUCT:
-    return filter_sum(b)[first] * filter_sum(b)[second];
+    return blocks_filter_sum(b)[first] * blocks_filter_sum(b)[second];
   case BASIS_TRIPLE:
-    return filter_sum(b)[first] * filter_sum(b)[second] *
-           filter_sum(b)[rimi_le_index(spec, 4 * i + 3, filters(b))];
+    return blocks_filter_sum(b)[first] * blocks_filter_sum(b)[second] *
+           blocks_filter_sum(b)[rimi_le_index(spec, 4 * i + 3, blocks_filters(b))];
   case BASIS_ABS:
-    return rimi_abs(filter_sum(b)[first]);
+    return rimi_abs(blocks_filter_sum(b)[first]);
   case BASIS_SIDE:
-    return filter_sum(b)[first] /
-           (rimi_abs(filter_sum(b)[first]) + (double)rimi_le_f32(spec + 8 * i + 4, 0));
+    return blocks_filter_sum(b)[first] /
+           (rimi_abs(blocks_filter_sum(b)[first]) + (double)rimi_le_f32(spec + 8 * i + 4, 0));
   case BASIS_DECAY:
-    return decay(b)[time];
+    return blocks_decay(b)[time];
   case BASIS_INTEGRAL:
-    return integral(b)[first < n->inputs ? first : 0];
+    return blocks_integral(b)[first < n->inputs ? first : 0];
   case BASIS_INITIAL:
-    return (FIRST(b)[outcome] - (double)rimi_le_f32(n->first, outcome)) * (1.0 - decay(b)[time]);
+    return (FIRST(b)[outcome] - (double)rimi_le_f32(n->first, outcome)) *
+           (1.0 - blocks_decay(b)[time]);
   case BASIS_TIME:
     return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:
-    return rimi_rolled_term(n, i, filter_sum(b), state(b));
+    return rimi_rolled_term(n, i, blocks_filter_sum(b), blocks_state(b));
   }
   return 0.0;
 }
@@ -454,24 +358,6 @@ static void take_first(blocks *b) {
   }
 }
 
-bool rimi_blocks_is_out(const blocks *b, uint16_t f) {
-  if (f >= b->config.features)
-    return false;
-  const double low = (double)rimi_le_f32(b->config.range, f);
-  const double high = (double)rimi_le_f32(b->config.range, b->config.features + f);
-  const double margin = OUT_MARGIN * (high - low);
-  return whole_turn(b, f) == 0.0 && (SUM(b)[f] < low - margin || SUM(b)[f] > high + margin);
-}
-
-/* In the blocks whose readings the states begin at. */
-static void find_out_states(blocks *b) {
-  for (uint32_t s = 0; s < b->config.basis.states && b->count < FIRST_BLOCKS; ++s) {
-    const uint32_t o = rimi_le_index(b->config.basis.state, s, b->config.outcomes);
-    if (rimi_blocks_is_out(b, rimi_blocks_outcome_feature(b, o)))
-      b->out_states |= UINT32_C(1) << s;
-  }
-}
-
 /* Of a state, the reading of its outcome in the block that ended last. */
 static double reading_of(const blocks *b, size_t s) {
   return OUTCOME(b)[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
@@ -486,157 +372,39 @@ static void roll(blocks *b, const double *before) {
     double moved[BASIS_MAX_STATES] = {0.0};
     for (size_t s = 0; s < b->config.basis.states; ++s)
       moved[s] = reading_of(b, s) - before[s];
-    rimi_rolled_resume(&b->config.basis, filter_sum(b), moved, state(b), part(b));
+    rimi_rolled_resume(&b->config.basis, blocks_filter_sum(b), moved, blocks_state(b),
+                       blocks_part(b));
     b->resumed = true;
   } else if (b->count + 1u == FIRST_BLOCKS) {
     const double *reading = b->late ? OUTCOME(b) : FIRST(b);
     for (size_t s = 0; s < b->config.basis.states; ++s)
-      state(b)[s] = reading[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
-    rimi_rolled_begin(&b->config.basis, filter_sum(b), block_s, state(b), part(b));
+      blocks_state(b)[s] = reading[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
+    rimi_rolled_begin(&b->config.basis, blocks_filter_sum(b), block_s, blocks_state(b),
+                      blocks_part(b));
   } else if (b->count >= FIRST_BLOCKS)
-    rimi_rolled_step(&b->config.basis, filter_sum(b), middle_s - b->rolled_s, block_s, state(b),
-                     part(b));
+    rimi_rolled_step(&b->config.basis, blocks_filter_sum(b), middle_s - b->rolled_s, block_s,
+                     blocks_state(b), blocks_part(b));
   b->rolled_s = middle_s;
-}
-
-/* Whether the features of the run's first block are none that healthy runs begin with: one that is
- * given to the vehicle, or several outcomes. One outcome alone may be a sensor that is wrong, and
- * one that is out of range is. */
-static bool begins_late(const blocks *b) {
-  const rim_basis *n = &b->config.basis;
-  uint32_t odd = 0;
-  if (n->start == NULL || b->config.external)
-    return false;
-  for (size_t f = 0; f < b->config.features; ++f) {
-    const double off = SUM(b)[f] - (double)rimi_le_f32(n->start, f);
-    if (whole_turn(b, f) > 0.0 ||
-        !(rimi_abs(off) > BASIS_START_LIMIT * (double)rimi_le_f32(n->start_sd, f)))
-      continue;
-    bool is_outcome = false;
-    for (size_t o = 0; o < b->config.outcomes && !is_outcome; ++o)
-      is_outcome = rimi_le_u16(b->config.outcome_feature, o) == f;
-    if (!is_outcome || !rimi_blocks_is_out(b, (uint16_t)f))
-      odd += is_outcome ? 1u : ODD_OUTCOMES;
-  }
-  return odd >= ODD_OUTCOMES;
-}
-
-/* Standard deviation of an input's integral over the rows that gaps left out: the input may have
- * been anywhere in its range. */
-static double lost_of_integral(const blocks *b, size_t input) {
-  const size_t f = rimi_le_index(b->config.basis.input, 2 * input, b->config.features);
-  const double width = (double)rimi_le_f32(b->config.range, b->config.features + f) -
-                       (double)rimi_le_f32(b->config.range, f);
-  return 0.29 * width * b->lost_rows * b->config.period_s; /* 1 / sqrt(12) */
-}
-
-/* The part of an exponential mean that is from longer ago than any healthy run went: there, models
- * have only ever seen what was before a run's start. */
-static double from_long_ago(const blocks *b, size_t t) {
-  const double share = (double)rimi_le_f32(b->config.basis.share, t);
-  if (share >= 1.0)
-    return 0.0;
-  const double rate = rimi_log(1.0 - share) / b->config.period_s; /* < 0, per second */
-  const double then = rimi_exp(rate * b->config.basis.learnt_s);
-  return rimi_max(then - rimi_exp(rate * rimi_blocks_since_start_s(b)), 0.0);
-}
-
-/* Standard deviations of a product that is not known at all. */
-static double most_unknown(const blocks *b) { return b->late ? BEFORE_START_SD : 1.0; }
-
-/* What of a mean is not known, of all filters of the block. */
-static void find_unknown_means(blocks *b, double beyond) {
-  for (size_t t = 0; t < b->config.basis.times; ++t) {
-    unknown_sum(b)[t] *= most_unknown(b) / (double)b->rows_in_block;
-    if (beyond > 0.0)
-      unknown_sum(b)[t] += BEYOND_SD * from_long_ago(b, t);
-  }
-}
-
-/* Standard deviation of an error of a term, in the term's own. The commands of a gap are as those
- * of any other time; what a run has done before its first row may be far from what it does now.
- * beyond: by rimi_blocks_beyond_learnt(). */
-static double term_unknown(const blocks *b, size_t i, double beyond) {
-  const rim_basis *n = &b->config.basis;
-  const size_t first = rimi_le_index(n->term, 4 * i + 1, filters(b));
-  const size_t second = rimi_le_index(n->term, 4 * i + 2, filters(b));
-  const double *part = unknown_sum(b); /* by find_unknown_means() */
-  switch ((basis_op)rimi_le_u16(n->term, 4 * i)) {
-  case BASIS_MEAN:
-  case BASIS_ABS:
-  case BASIS_SIDE:
-    return part[first % n->times];
-  case BASIS_PRODUCT:
-    return rimi_min(part[first % n->times] + part[second % n->times], most_unknown(b));
-  case BASIS_TRIPLE: {
-    const size_t third = rimi_le_index(n->term, 4 * i + 3, filters(b));
-    return rimi_min(part[first % n->times] + part[second % n->times] + part[third % n->times],
-                    most_unknown(b));
-  }
-  case BASIS_DECAY:
-    return (b->late ? 1.0 : beyond) * decay(b)[rimi_le_index(n->term, 4 * i + 2, n->times)] *
-           (double)rimi_le_f32(n->inverse_sd, i);
-  case BASIS_INTEGRAL:
-    return b->late ? BEFORE_START_SD
-                   : BEYOND_SD * beyond + lost_of_integral(b, first % n->inputs) *
-                                              (double)rimi_le_f32(n->inverse_sd, i);
-  case BASIS_INITIAL:
-    return b->late ? BEFORE_START_SD : 0.0;
-  case BASIS_TIME:
-    return b->late ? BEFORE_START_SD : BEYOND_SD * beyond;
-  case BASIS_ROLLED: /* after a gap it goes on from its reading */
-    return 0.0;
-  }
-  return 0.0;
-}
-
-static bool any_outcome_is_out(const blocks *b) {
-  for (uint32_t o = 0; o < b->config.outcomes; ++o) {
-    if (rimi_blocks_is_out(b, rimi_blocks_outcome_feature(b, o)))
-      return true;
-  }
-  return false;
-}
-
-static void find_unknown(blocks *b) {
-  const rim_basis *n = &b->config.basis;
-  if (b->count == 0 && (b->told_late || begins_late(b))) {
-    b->late = true;
-    for (size_t t = 0; t < n->times; ++t)
-      unknown(b)[t] = decay(b)[t];
-  }
-  const double beyond = rimi_blocks_beyond_learnt(b);
-  bool any = b->late || b->resumed || b->out_states != 0 || b->lost_rows > 0.0 || beyond > 0.0 ||
-             any_outcome_is_out(b);
-  for (size_t t = 0; t < n->times && !any; ++t)
-    any = unknown_sum(b)[t] > FORGOTTEN * (double)b->rows_in_block;
-  b->knows_all = !any;
-  if (!any)
-    return;
-  find_unknown_means(b, beyond);
-  for (size_t i = 0; i < n->terms; ++i) {
-    const double sd = rimi_min(term_unknown(b, i, beyond), BASIS_CLIP);
-    unknown_term(b)[i] = (uint16_t)rimi_floor(BASIS_UNKNOWN_SD * sd + 0.5);
-  }
 }
 
 static void evaluate_terms(blocks *b) {
   const rim_basis *n = &b->config.basis;
   for (size_t i = 0; i < n->terms; ++i) {
     const double raw = term_value(b, i) - (double)rimi_le_f32(n->center, i);
-    term(b)[i] = rimi_clamp(raw * (double)rimi_le_f32(n->inverse_sd, i), -BASIS_CLIP, BASIS_CLIP);
+    blocks_term(b)[i] =
+        rimi_clamp(raw * (double)rimi_le_f32(n->inverse_sd, i), -BASIS_CLIP, BASIS_CLIP);
   }
   for (size_t m = 0; m < n->means; ++m) {
-    const double raw = filter_sum(b)[rimi_le_index(n->mean, 2 * m, filters(b))] -
+    const double raw = blocks_filter_sum(b)[rimi_le_index(n->mean, 2 * m, blocks_filters(b))] -
                        (double)rimi_le_f32(n->mean_center, m);
-    means(b)[m] = rimi_clamp(raw * (double)rimi_le_f32(n->mean_inverse_sd, m), -BASIS_MEAN_CLIP,
-                             BASIS_MEAN_CLIP);
+    blocks_means(b)[m] = rimi_clamp(raw * (double)rimi_le_f32(n->mean_inverse_sd, m),
+                                    -BASIS_MEAN_CLIP, BASIS_MEAN_CLIP);
   }
 }
 
 static void wrap_angles(blocks *b) {
   for (size_t f = 0; f < b->config.features; ++f) {
-    const double whole = whole_turn(b, f);
+    const double whole = blocks_whole_turn(b, f);
     if (whole > 0.0)
       SUM(b)[f] -= whole * rimi_floor(SUM(b)[f] / whole + 0.5);
   }
@@ -649,8 +417,8 @@ static void end_block(blocks *b) {
     before[s] = reading_of(b, s);
   for (size_t f = 0; f < b->config.features; ++f)
     SUM(b)[f] /= n;
-  for (size_t i = 0; i < filters(b); ++i)
-    filter_sum(b)[i] /= n;
+  for (size_t i = 0; i < blocks_filters(b); ++i)
+    blocks_filter_sum(b)[i] /= n;
   for (size_t o = 0; o < b->config.outcomes; ++o) {
     OUTCOME(b)[o] = O_SUM(b)[o] / n;
     if (b->config.external) {
@@ -662,17 +430,17 @@ static void end_block(blocks *b) {
     SCATTER(b)[o] = square > 0.0 ? rimi_max(rimi_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;
   }
   for (size_t g = 0; g < b->config.integrands; ++g) {
-    const double mean = early(b)[g] / n;
-    const double moment = (late(b)[g] / n - 0.5 * (n - 1.0) * mean) / n;
-    early(b)[g] = mean - 2.0 * moment;
-    late(b)[g] = mean + 2.0 * moment;
+    const double mean = blocks_early(b)[g] / n;
+    const double moment = (blocks_late(b)[g] / n - 0.5 * (n - 1.0) * mean) / n;
+    blocks_early(b)[g] = mean - 2.0 * moment;
+    blocks_late(b)[g] = mean + 2.0 * moment;
   }
   take_first(b);
   if (b->config.basis.terms + b->config.basis.means > 0) { /* there are models */
-    find_out_states(b);
+    rimi_blocks_find_out(b);
     roll(b, before);
     evaluate_terms(b);
-    find_unknown(b);
+    rimi_blocks_find_unknown(b);
   }
   wrap_angles(b);
   ++b->count;
@@ -721,11 +489,11 @@ const double *rimi_blocks_predicted(const blocks *b) { return PREDICTED(b); }
 const double *rimi_blocks_sd(const blocks *b) { return SD(b); }
 const double *rimi_blocks_scatter(const blocks *b) { return SCATTER(b); }
 const double *rimi_blocks_repeats(const blocks *b) { return REPEATS(b); }
-const double *rimi_blocks_terms(const blocks *b) { return term(b); }
-const double *rimi_blocks_means(const blocks *b) { return means(b); }
+const double *rimi_blocks_terms(const blocks *b) { return blocks_term(b); }
+const double *rimi_blocks_means(const blocks *b) { return blocks_means(b); }
 const rim_basis *rimi_blocks_basis(const blocks *b) { return &b->config.basis; }
-const double *rimi_blocks_early(const blocks *b) { return early(b); }
-const double *rimi_blocks_late(const blocks *b) { return late(b); }
+const double *rimi_blocks_early(const blocks *b) { return blocks_early(b); }
+const double *rimi_blocks_late(const blocks *b) { return blocks_late(b); }
 const double *rimi_blocks_first(const blocks *b) { return FIRST(b); }
 uint16_t rimi_blocks_outcome_feature(const blocks *b, uint32_t outcome) {
   return b->config.outcome_feature != NULL
@@ -737,7 +505,7 @@ bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }
 bool rimi_blocks_has_resumed(const blocks *b) { return b->resumed; }
 uint32_t rimi_blocks_out_states(const blocks *b) { return b->out_states; }
 bool rimi_blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
-const uint16_t *rimi_blocks_unknown(const blocks *b) { return unknown_term(b); }
+const uint16_t *rimi_blocks_unknown(const blocks *b) { return blocks_unknown_term(b); }
 double rimi_blocks_since_start_s(const blocks *b) {
   return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;
 }

@@ -99,7 +99,8 @@ uint16_t rimi_blocks_outcome_feature(const blocks *b,
                                      uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
 bool rimi_blocks_knows_start(const blocks *b);          /* the run began as healthy runs begin */
 bool rimi_blocks_has_resumed(const blocks *b); /* states went on from readings after a gap */
-/* Whether a feature's mean over the block is out of range: a unit, or a sensor, that is wrong. */
+/* Whether a reading was out of range in half of the block: a wrong unit, or a wrong sensor. A
+ * command never is: a loop may answer a fault by one that no healthy run had. */
 bool rimi_blocks_is_out(const blocks *b, uint16_t feature);
 uint32_t rimi_blocks_out_states(const blocks *b); /* bit s: state s began out of range */
 bool rimi_blocks_knows_all(const blocks *b);      /* every term is what the commands made it */

@@ -123,18 +123,54 @@ static bool is_sum(const rim_monitor *m, size_t o) {
   return source == AGREEMENT_INTEGRAL || source == AGREEMENT_INTO;
 }
 
-/* Whether the outcome is held against a sum in which another one is that is out of range: its
- * reading is limited, and the sum is not what the vehicle did. */
-static bool sums_what_is_out(const rim_monitor *m, uint32_t o) {
-  for (uint32_t j = 0; j < m->words[RIM_CONFIG_OUTCOMES]; ++j) {
-    const uint16_t feature = rimi_blocks_outcome_feature(m->rows, j);
-    if (j == o || !rimi_blocks_is_out(m->rows, feature))
+static bool is_out(const rim_monitor *m, uint32_t o) {
+  return rimi_blocks_is_out(m->rows, rimi_blocks_outcome_feature(m->rows, o));
+}
+
+/* Whether the outcome is held against another reading that is out of range. That is limited, and so
+ * does not say what the vehicle did. */
+static bool relies_on_out(const rim_monitor *m, uint32_t o) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const uint16_t own = rimi_blocks_outcome_feature(m->rows, o);
+  for (uint32_t f = 0; f < m->words[RIM_CONFIG_FEATURES]; ++f) {
+    if (f == own || !rimi_blocks_is_out(m->rows, (uint16_t)f))
       continue;
-    if (rimi_agreement_gain(&m->models.agreement, o, j, feature).factor ||
-        rimi_agreement_integral(&m->models.agreement, o) == j)
+    uint32_t j = 0;
+    while (j < outcomes && rimi_blocks_outcome_feature(m->rows, j) != f)
+      ++j;
+    if (rimi_agreement_takes(&m->models.agreement, o, j, (uint16_t)f))
       return true;
   }
   return false;
+}
+
+/* How uncertain the behaviour residual of another outcome is, where it is out of range. */
+static void doubt_out(const rim_monitor *m, double *error) {
+  for (uint32_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o) {
+    if (is_out(m, o))
+      error[o] = MONITOR_NOT_KNOWN;
+  }
+}
+
+/* Uncertainty of what an outcome's agreement with others says. Where its own reading is out of
+ * range, that is what it is to say. */
+static double agreement_error(const rim_monitor *m, uint32_t o, bool too_long,
+                              const double *error) {
+  if (is_out(m, o))
+    return 0.0;
+  if ((too_long && is_sum(m, o)) || relies_on_out(m, o))
+    return MONITOR_NOT_KNOWN;
+  return rimi_agreement_error(&m->models.agreement, o, rimi_blocks_means(m->rows), error);
+}
+
+/* error: standard deviation of a channel's nominal value. Returns whether the channel is watched
+ * and the block says nothing of it. */
+static bool mark(rim_monitor *m, uint32_t kind, uint32_t o, double error) {
+  const uint32_t c = kind * m->words[RIM_CONFIG_OUTCOMES] + o;
+  const noise_channel n = rimi_noise_channel(&m->models.noise, c);
+  /* An error that lasts shows in what is new in a block by so much less. */
+  m->unknown[c] = error * (1.0 - (double)n.rho) > MONITOR_MOST_UNKNOWN * (double)n.s;
+  return m->unknown[c] && n.active > 0.5f;
 }
 
 /* The channels of which this block says nothing: what they should be follows from commands of which
@@ -152,29 +188,13 @@ static bool find_unknown(rim_monitor *m) {
   const bool too_long = gathers_too_long(m);
   if (too_long)
     doubt_states(m, UINT32_MAX, error);
-  for (size_t c = 0; c < m->channel_count; ++c) {
-    const size_t o = c % outcomes;
-    double own = 0.0;
-    switch (c / outcomes) {
-    case RIM_CHANNEL_BEHAVIOUR:
-      own = error[o];
-      break;
-    case RIM_CHANNEL_AGREEMENT:
-      own = is_sum(m, o) && (too_long || sums_what_is_out(m, (uint32_t)o))
-                ? MONITOR_NOT_KNOWN
-                : rimi_agreement_error(&m->models.agreement, (uint32_t)o,
-                                       rimi_blocks_means(m->rows), error);
-      break;
-    case RIM_CHANNEL_SCATTER:
-      own = error[outcomes + o];
-      break;
-    default:
-      break; /* RIM_CHANNEL_REPEAT needs no model */
-    }
-    const noise_channel n = rimi_noise_channel(&m->models.noise, (uint32_t)c);
-    /* An error that lasts shows in what is new in a block by so much less. */
-    m->unknown[c] = own * (1.0 - (double)n.rho) > MONITOR_MOST_UNKNOWN * (double)n.s;
-    any = any || (m->unknown[c] && n.active > 0.5f);
+  for (uint32_t o = 0; o < outcomes; ++o)
+    any = mark(m, RIM_CHANNEL_BEHAVIOUR, o, error[o]) || any;
+  doubt_out(m, error); /* of what the others are held against */
+  for (uint32_t o = 0; o < outcomes; ++o) {
+    any = mark(m, RIM_CHANNEL_AGREEMENT, o, agreement_error(m, o, too_long, error)) || any;
+    any = mark(m, RIM_CHANNEL_SCATTER, o, error[outcomes + o]) || any;
+    (void)mark(m, RIM_CHANNEL_REPEAT, o, 0.0); /* needs no model */
   }
   return any;
 }
