@@ -67,7 +67,10 @@ constexpr Unit kUnits[] = {{"m", "length", 1.0, ""},
                            {"us", "time", 1e-6, ""},
                            {"J", "energy", 1.0, ""},
                            {"Wh", "energy", 3600.0, ""},
-                           {"kWh", "energy", 3.6e6, ""}};
+                           {"kWh", "energy", 3.6e6, ""},
+                           {"degC", "temperature", 1.0, ""},
+                           {"K", "temperature", 1.0, "", -273.15},
+                           {"degF", "temperature", 5.0 / 9.0, "", -160.0 / 9.0}};
 
 } // namespace
 

@@ -13,6 +13,7 @@ struct Unit {
   const char *kind;    // of what: two units of one kind measure the same quantity
   double value;        // how many of the kind's first unit one of it is
   const char *instead; // the unit with a suffix in names that a log is converted to; "": none
+  double zero = 0.0;   // where its scale begins, in the kind's first unit
 };
 
 const std::vector<Unit> &known_units();

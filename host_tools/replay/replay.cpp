@@ -370,10 +370,14 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
   }
   for (const OtherUnit &u : log.units) {
     const Quantity q = names.outcome(static_cast<std::uint16_t>(u.outcome));
+    const std::string times = fmt::format("{:.3g} times what is expected", u.factor);
+    const std::string more =
+        fmt::format("{:.3g} {} than {}", std::abs(u.more), u.more > 0.0 ? "more" : "less",
+                    u.factor == 1.0 ? "is expected" : times);
     text += fmt::format(
-        "{}UNIT: {} reads {:.3g} times what is expected, as it would in {} instead of {} "
-        "(column {}): is its unit right?",
-        text.empty() ? "" : "\n  ", q.words, u.factor, u.looks_like, q.unit, q.name);
+        "{}UNIT: {} reads {}, as it would in {} instead of {} (column {}): is its unit right?",
+        text.empty() ? "" : "\n  ", q.words, u.more == 0.0 ? times : more, u.looks_like, q.unit,
+        q.name);
   }
   if (is_at_another_rate(log))
     text += fmt::format("{}STALE: rows come at {:.4g} Hz, the model wants {:.4g} Hz: {} of {} rows "

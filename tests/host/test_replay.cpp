@@ -164,6 +164,32 @@ void another_unit_is_told(void **) {
   assert_string_equal(found(0.04, 0.0, 10).at(0).looks_like.c_str(), "in");
 }
 
+// Readings of scales that begin elsewhere, and nearly such.
+void another_zero_is_told(void **) {
+  rim::Names names;
+  names.outcomes = {{"s.top_degC", "top", "degC"}};
+  const auto found = [&](double factor, double more, double scatter) {
+    rim::UnitCheck check(1);
+    for (int i = 0; i < 10; ++i) {
+      const double expected = 20.0 + 90.0 * i, off = i % 2 == 0 ? scatter : -scatter;
+      check.add(Eigen::VectorXd::Constant(1, factor * expected + more + off),
+                Eigen::VectorXd::Constant(1, expected));
+    }
+    return check.found(names);
+  };
+  const rim::OtherUnit in_kelvin = found(1.0, 273.15, 0.0).at(0);
+  assert_string_equal(in_kelvin.looks_like.c_str(), "K");
+  assert_true(in_kelvin.factor == 1.0 && std::abs(in_kelvin.more - 273.15) < 1e-9);
+  assert_string_equal(found(1.8, 32.0, 0.0).at(0).looks_like.c_str(), "degF");
+  assert_int_equal(found(1.0, 261.0, 26.0).size(), 1);
+  assert_true(found(1.0, 258.0, 0.0).empty());   // 15 of 273 off
+  assert_true(found(1.0, 273.15, 28.0).empty()); // scatters too much
+  assert_true(found(1.0, -273.15, 0.0).empty());
+  assert_true(found(1.0, 0.0, 1.0).empty());
+  names.outcomes[0] = {"s.top_K", "top", "K"};
+  assert_string_equal(found(1.0, -273.15, 0.0).at(0).looks_like.c_str(), "degC");
+}
+
 // Every data row of the file has a label: those that were skipped, and those between grid rows.
 void labels_cover_the_file(void **) {
   rim::Log log = toy_external(5, 400, 3.0);
@@ -306,6 +332,7 @@ int main() {
       cmocka_unit_test(a_silence_in_the_log_is_told),
       cmocka_unit_test(doubts_are_said),
       cmocka_unit_test(another_unit_is_told),
+      cmocka_unit_test(another_zero_is_told),
       cmocka_unit_test(labels_cover_the_file),
       cmocka_unit_test(what_raised_the_alarm_remains_labelled),
       cmocka_unit_test(sd_is_estimated_and_said),
