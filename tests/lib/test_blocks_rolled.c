@@ -196,13 +196,13 @@ static void the_most_states_are_as_one(void **unused) {
 }
 
 /* A state that begins at a reading out of range, in either of the first two blocks, is told:
- * beyond the range and half of its width, on either side. All three are of one sensor. */
+ * beyond the range and twice its width, on either side. All three are of one sensor. */
 static void a_state_that_begins_out_of_range_is_told(void **unused) {
   (void)unused;
   for (uint32_t k = 0; k < 16; ++k) {
     bench s;
     start_with(&s, 0.0, 3);
-    const double reading = ((k & 1u) != 0 ? -1.0 : 1.0) * ((k & 2u) != 0 ? 200.0 : 200.1);
+    const double reading = ((k & 1u) != 0 ? -1.0 : 1.0) * ((k & 2u) != 0 ? 499.0 : 501.0);
     const uint32_t at = k >> 2; /* the block in which it is */
     for (uint32_t t = 0; t < 4 * BLOCK; ++t)
       (void)offer(&s, t, 0, t / BLOCK == at ? reading : 1.0);

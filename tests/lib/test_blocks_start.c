@@ -44,17 +44,17 @@ static blocks *started(void) {
 }
 
 /* Two outcomes at which no healthy run begins are another start; but those of them that are out of
- * range, beyond it and half of its width, are a wrong sensor or unit. */
+ * range, beyond it and twice its width, are a wrong sensor or unit. */
 static void outcomes_out_of_range_are_no_other_start(void **state) {
   (void)state;
   const struct {
     double command, sensor, other;
     bool is_start;
   } cases[] = {
-      {0.0, 3.0, 0.0, true},   {0.0, 3.0, 3.0, false},   {0.0, 20.0, 3.0, false},
-      {0.0, 20.1, 3.0, true},  {0.0, -20.0, 3.0, false}, {0.0, -20.1, 3.0, true},
-      {0.0, 20.0, 8.0, false}, {0.0, 20.0, -8.1, true},  {0.0, 20.1, 8.1, true},
-      {1.1, 20.1, 8.1, false}, {1.9, 20.1, 8.1, false}, /* a command was given to the vehicle */
+      {0.0, 3.0, 0.0, true},    {0.0, 3.0, 3.0, false},   {0.0, 49.0, 3.0, false},
+      {0.0, 51.0, 3.0, true},   {0.0, -49.0, 3.0, false}, {0.0, -51.0, 3.0, true},
+      {0.0, 49.0, 19.0, false}, {0.0, 49.0, -21.0, true}, {0.0, 51.0, 21.0, true},
+      {1.1, 51.0, 21.0, false}, {1.9, 51.0, 21.0, false}, /* a command was given to the vehicle */
   };
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
     blocks *const b = started();

@@ -117,7 +117,7 @@ static void a_reading_is_forgotten_as_its_means_forget_it(void **state) {
       uint32_t so_far = 0, ago = 0;
       for (uint32_t k = 0; k < BLOCKS; ++k) {
         const bool is_out = k >= from && k < from + out;
-        offer_block(&s, k, 0.5, is_out ? (k % 2 != 0 ? 1e300 : -2.5) : 0.25);
+        offer_block(&s, k, 0.5, is_out ? (k % 2 != 0 ? 1e300 : -5.5) : 0.25);
         so_far += is_out;
         ago = is_out ? 0 : ago + 1;
         const bool always = from == 0 && out > 0; /* and before the first row */

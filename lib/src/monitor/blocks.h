@@ -20,6 +20,7 @@
 #include "rim/status.h"
 
 #define BLOCKS_LIMIT_MARGIN 0.5 /* of the trained width: beyond it a value is out of range */
+#define BLOCKS_FAR 1.5          /* widths beyond that from which a reading is not believed at all */
 #define BLOCKS_NO_FEATURE 0xffffu
 #define BLOCKS_LN_LEAST (-60.0) /* logarithm of a mean square of zero */
 
@@ -99,8 +100,9 @@ uint16_t rimi_blocks_outcome_feature(const blocks *b,
                                      uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
 bool rimi_blocks_knows_start(const blocks *b);          /* the run began as healthy runs begin */
 bool rimi_blocks_has_resumed(const blocks *b); /* states went on from readings after a gap */
-/* Whether a reading was out of range in half of the block: a wrong unit, or a wrong sensor. A
- * command never is: a loop may answer a fault by one that no healthy run had. */
+/* Whether a reading was far out of range in half of the block: a wrong unit, or a wrong sensor. A
+ * command never is: a loop may answer a fault by one that no healthy run had. Nor is what another
+ * mission may read, within BLOCKS_FAR. */
 bool rimi_blocks_is_out(const blocks *b, uint16_t feature);
 uint32_t rimi_blocks_out_states(const blocks *b); /* bit s: state s began out of range */
 bool rimi_blocks_knows_all(const blocks *b);      /* every term is what the commands made it */

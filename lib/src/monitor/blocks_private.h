@@ -95,7 +95,7 @@ static inline double *blocks_unknown_sum(const blocks *b) {
   return blocks_unknown(b) + b->config.basis.times;
 }
 /* Per feature: of an angle the whole turns that unwrap it, of any other the rows of the block in
- * which it was limited. */
+ * which it was far out of range. */
 static inline int32_t *blocks_turns(const blocks *b) {
   return (int32_t *)(void *)(blocks_unknown_sum(b) + b->config.basis.times);
 }
