@@ -343,6 +343,9 @@ static void gaps_are_checked_where_there_are_any(void **state) {
   assert_int_equal(m->gaps, 0);
   turn(&m->gap[0].after_s, 3);
   assert_true(rimi_guard_header_holds(m));
+  turn(&m->last, 3); /* what lies behind them is read */
+  assert_false(rimi_guard_header_holds(m));
+  turn(&m->last, 3);
   turn(&m->gaps, 0);
   assert_false(rimi_guard_header_holds(m));
   assert_true((turn(&m->gaps, 0), rimi_guard_header_holds(m)));
