@@ -18,8 +18,7 @@ namespace rim {
 // begin elsewhere: a kiln that is read in K instead of degC may stay within its range as well.
 struct OtherUnit {
   std::size_t outcome = 0;
-  double factor =
-      0.0; // reading over expectation; between two units whose scales begin apart, of both
+  double factor = 0.0;    // reading over expectation, by least squares; with `more`: of the units
   double more = 0.0;      // what the reading has beyond that factor; 0 where scales begin alike
   std::string looks_like; // "rad/s"
 };

@@ -88,11 +88,6 @@ static bool row_is_usable(blocks *b, double t_s, const double *context, const do
   return true;
 }
 
-static double trained_width(const blocks *b, size_t f) {
-  return (double)rimi_le_f32(b->config.range, b->config.features + f) -
-         (double)rimi_le_f32(b->config.range, f);
-}
-
 /* The trained range of an angle is a whole turn: half a turn on either side of it is within. */
 static double limited(blocks *b, size_t f, double x) {
   const double low = (double)rimi_le_f32(b->config.range, f);
@@ -165,7 +160,7 @@ static void take_features(blocks *b, const double *context) {
         turn[f] = -(int32_t)rimi_clamp(jump, -MOST_TURNS, MOST_TURNS);
       }
       x += whole * (double)turn[f];
-    } else if (rimi_abs(context[f] - x) > BLOCKS_FAR * trained_width(b, f)) {
+    } else if (rimi_abs(context[f] - x) > BLOCKS_FAR * blocks_trained_width(b, f)) {
       ++turn[f];
     }
     last[f] = x;

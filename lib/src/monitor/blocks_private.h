@@ -3,6 +3,7 @@
 #ifndef RIM_SRC_BLOCKS_PRIVATE_H
 #define RIM_SRC_BLOCKS_PRIVATE_H
 
+#include "base/bytes.h"
 #include "base/real.h"
 #include "monitor/blocks.h"
 #include "rim/image.h"
@@ -26,7 +27,7 @@ struct blocks {
   bool told_late; /* by rimi_blocks_begin_late() */
   bool bridged;   /* the gap before this row was too long for its block */
   bool knows_all; /* of the block that ended: its terms */
-  bool any_out;   /* of the block that ended: a feature is out of range */
+  bool any_out;   /* of the block that ended: a reading is far out of range */
   bool resumed;   /* states went on from readings after a gap */
 };
 
@@ -131,6 +132,11 @@ static inline double blocks_whole_turn(const blocks *b, size_t f) {
   return (role & BLOCKS_ANGLE_RAD) != 0   ? 2.0 * RIM_PI
          : (role & BLOCKS_ANGLE_DEG) != 0 ? 360.0
                                           : 0.0;
+}
+
+static inline double blocks_trained_width(const blocks *b, size_t f) {
+  return (double)rimi_le_f32(b->config.range, b->config.features + f) -
+         (double)rimi_le_f32(b->config.range, f);
 }
 
 /* What base to the power of n leaves of `power`. 20 turns at most where n is below a million. */

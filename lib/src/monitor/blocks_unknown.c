@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What of a block is not known: what commands before the first row or in a gap did, and what
  * readings that are out of range may really have been. */
-#include "base/bytes.h"
 #include "monitor/blocks_private.h"
 
 #define OUT_SD 5.0          /* of an input that is out of range: how far it may be off */
@@ -104,9 +103,7 @@ static bool begins_late(const blocks *b) {
  * been anywhere in its range. */
 static double lost_of_integral(const blocks *b, size_t input) {
   const size_t f = rimi_le_index(b->config.basis.input, 2 * input, b->config.features);
-  const double width = (double)rimi_le_f32(b->config.range, b->config.features + f) -
-                       (double)rimi_le_f32(b->config.range, f);
-  return 0.29 * width * b->lost_rows * b->config.period_s; /* 1 / sqrt(12) */
+  return 0.29 * blocks_trained_width(b, f) * b->lost_rows * b->config.period_s; /* 1 / sqrt(12) */
 }
 
 /* The part of an exponential mean that is from longer ago than any healthy run went: there, models
