@@ -26,6 +26,10 @@ constexpr int kRounds = 25;         // of expectation and maximisation
 constexpr Eigen::Index kFields = 4; // that fly
 constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
 constexpr double kMostRho = 0.97;
+constexpr double kChance = 2.5; // standard deviations of a correlation of independent effects
+constexpr double kRealCorrelation = 0.5; // what is more is kept, however few the runs
+// Raw fields (rim_noise).
+enum : Eigen::Index { kRawOne, kRawPrediction, kRawTrend, kRawDecay };
 // Sums of so many blocks in a row may be larger than those of independent blocks by this factor, in
 // their squares. Otherwise rho is raised, by so many halvings of its interval, each of so many
 // rounds.
@@ -212,8 +216,9 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
           s.known.array();
 }
 
-// Columns that make the raw fields orthonormal over the healthy blocks; directions along which they
-// hardly differ are dropped, or the effects along them would swallow a fault.
+// Columns that make the raw fields orthonormal over the healthy blocks, one after the other: each is
+// a raw field without what those before it have of it. One of which hardly anything is left is
+// dropped, or the effects along it would swallow a fault.
 Eigen::MatrixXd orthonormal(const std::vector<Series> &series) {
   const Eigen::Index k = series.front().raw.cols();
   Eigen::MatrixXd m = Eigen::MatrixXd::Zero(k, k);
@@ -223,19 +228,28 @@ Eigen::MatrixXd orthonormal(const std::vector<Series> &series) {
     n += static_cast<double>(s.raw.rows());
   }
   m /= std::max(n, 1.0);
-  const Eigen::VectorXd scale = m.diagonal().array().max(1e-12).rsqrt();
-  const Eigen::MatrixXd normal = scale.asDiagonal() * m * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(normal);
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index i = k; i-- > 0;) {
-    if (solver.eigenvalues()[i] > kFlatField * static_cast<double>(k))
-      kept.push_back(i);
+  std::vector<Eigen::Index> order = {kRawOne, kRawTrend, kRawDecay, kRawPrediction};
+  for (Eigen::Index i = NOISE_RAW_FIRST; i < k; ++i)
+    order.push_back(i);
+  Eigen::MatrixXd t(k, 0);
+  for (const Eigen::Index i : order) {
+    Eigen::VectorXd v = Eigen::VectorXd::Unit(k, i);
+    v -= t * (t.transpose() * m.col(i));
+    const double left = v.dot(m * v);
+    if (left <= kFlatField * static_cast<double>(k) * std::max(m(i, i), 1e-12))
+      continue;
+    t.conservativeResize(k, t.cols() + 1);
+    t.col(t.cols() - 1) = v / std::sqrt(left);
   }
-  Eigen::MatrixXd t(k, static_cast<Eigen::Index>(kept.size()));
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    t.col(static_cast<Eigen::Index>(i)) = scale.asDiagonal() * solver.eigenvectors().col(kept[i]) /
-                                          std::sqrt(solver.eigenvalues()[kept[i]]);
   return t;
+}
+
+// Correlations of effects that so many runs may show by chance are left out: a run that differs
+// much along one field would be expected to differ along the other as well, and does not.
+Eigen::MatrixXd without_chance(const Eigen::MatrixXd &prior, std::size_t runs) {
+  const double chance = std::min(kRealCorrelation, kChance / std::sqrt(static_cast<double>(runs)));
+  const Eigen::VectorXd sd = prior.diagonal().cwiseSqrt();
+  return (prior.array().abs() >= chance * (sd * sd.transpose()).array()).select(prior, 0.0);
 }
 
 // Of the fields and the residual of a run, at most; on the stack, or most time goes into memory.
@@ -413,6 +427,7 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
   std::vector<Products> runs = of_fields(of_raw, t);
   for (int i = 0; i < kRounds; ++i)
     improve(runs, false, &e);
+  e.prior = without_chance(e.prior, runs.size());
   // Principal effects: the few along which runs differ most.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(e.prior);
   const Eigen::Index kept = std::min(kFields, t.cols());

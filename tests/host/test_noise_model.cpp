@@ -96,13 +96,13 @@ void noise_with_gaps_is_found(void **) {
         continue;
       blocks.follows[static_cast<std::size_t>(kept)] = b % 10 != 0;
       blocks.time_s[kept] = blocks.time_s[b];
-      for (rim::Matrix *m : {&blocks.context, &blocks.outcome, &blocks.means, &run.predicted,
-                             &run.residual})
+      for (rim::Matrix *m :
+           {&blocks.context, &blocks.outcome, &blocks.means, &run.predicted, &run.residual})
         m->row(kept) = m->row(b).eval();
       ++kept;
     }
-    for (rim::Matrix *m : {&blocks.context, &blocks.outcome, &blocks.means, &run.predicted,
-                           &run.residual})
+    for (rim::Matrix *m :
+         {&blocks.context, &blocks.outcome, &blocks.means, &run.predicted, &run.residual})
       m->conservativeResize(kept, Eigen::NoChange);
     blocks.time_s.conservativeResize(kept);
     blocks.follows.resize(static_cast<std::size_t>(kept));
@@ -284,6 +284,25 @@ void more_effects_than_runs_do_not_swallow_a_fault(void **) {
   }
 }
 
+// Runs that differ by hundreds of noise's standard deviations in one way, and by a few in another:
+// the two have nothing to do with each other, though thirty runs may look as if they had. A run
+// that is far off in the first way must not be expected to be so in the second.
+void what_happens_together_by_chance_is_apart(void **) {
+  for (std::uint64_t k = 0; k < 4; ++k) {
+    MadeNoise made;
+    made.offset_sd = 200.0;
+    made.gain_sd = 4.0;
+    made.means = 4;
+    const std::vector<MadeRun> runs = made_noises(kSeed + 500 + 100 * k, 30, made);
+    const rim::ChannelNoise c = fit_made(made, runs).channels.front();
+    assert_true(std::fabs(c.combination(0, 0)) > 100.0); // the offset; what else is in that field
+    const double rest = c.combination.row(0).tail(c.combination.cols() - 1).cwiseAbs().maxCoeff();
+    print_message("beside an offset of %.0f a field has %.3f of anything else\n",
+                  std::fabs(c.combination(0, 0)), rest);
+    assert_true(rest < 0.05);
+  }
+}
+
 // What training writes is what flight reads.
 // The step of a command scatters one block: that is no noise of all blocks.
 void one_block_that_scatters_is_no_noise(void **) {
@@ -336,7 +355,7 @@ int main() {
       cmocka_unit_test(autocorrelation_is_found),
       cmocka_unit_test(a_few_blocks_far_off_are_limited),
       cmocka_unit_test(noise_with_gaps_is_found),
-                              cmocka_unit_test(noise_of_two_speeds_is_as_large_as_its_sums),
+      cmocka_unit_test(noise_of_two_speeds_is_as_large_as_its_sums),
       cmocka_unit_test(effects_of_a_run_are_found),
       cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
       cmocka_unit_test(noise_that_lasts_has_the_scale_of_what_is_new),
@@ -345,6 +364,7 @@ int main() {
       cmocka_unit_test(every_kind_goes_by_its_own_prediction),
       cmocka_unit_test(more_effects_than_runs_do_not_swallow_a_fault),
       cmocka_unit_test(one_block_that_scatters_is_no_noise),
+      cmocka_unit_test(what_happens_together_by_chance_is_apart),
       cmocka_unit_test(the_section_says_the_same),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -341,6 +341,26 @@ static double reads_off_and_grows(uint32_t channel, uint32_t i, uint8_t byte) {
                                             : 0.0;
 }
 
+/* Two sensors read the same: their difference tells the error of one, and its behaviour does not.
+ * Of one that agrees with two others behaviour does, as of any. */
+static void the_difference_tells_the_error(void **state) {
+  (void)state;
+  recipe r = with_sums(1.0, PLACE, TWIN);
+  grows = PER_BLOCK;
+  growing = NONE;
+  for (int others = 1; others <= 2; ++others) {
+    if (others == 2)
+      put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 20 + 16 + 4 * PLACE, 1.0);
+    from(&r, false);
+    feed(reads_off_and_grows, 0.05);
+    plant_nothing();
+    plant(A_FIRST, SEARCH_SINCE, 10.0 * alarm_at, as_shift(A_FIRST, -3.0), 40);
+    plant(0, SEARCH_SINCE, 9.0 * alarm_at, as_shift(0, -3.0), 40);
+    rim_alarm a;
+    assert_int_equal(named(A_FIRST, &a), others == 1 ? A_FIRST : 0);
+  }
+}
+
 /* Place has the sum of what its integrand reads, by itself or times another reading. The bias that
  * is said of it is as uncertain as the sum's growth, and of a product also by 12 % of itself:
  * how the other factor was on the mean of this run. */
@@ -620,6 +640,7 @@ int main(void) {
       cmocka_unit_test(what_deviates_at_other_times_is_not_named),
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
       cmocka_unit_test(a_sum_tells_of_its_own_outcome),
+      cmocka_unit_test(the_difference_tells_the_error),
       cmocka_unit_test(the_mean_of_any_shape_is_asked_about),
       cmocka_unit_test(a_gain_has_no_weight),
       cmocka_unit_test(any_two_may_differ),

@@ -54,13 +54,13 @@ def write(frame, name):
 
 
 def test_same_as_the_command_line():
-    frames = rimwatch.example_logs(8)
+    frames = rimwatch.example_logs(20)
     paths = [write(frame, f"run_{i}.csv") for i, frame in enumerate(frames)]
     rim("train", *paths, "--out", "cart.rim", "--quick")
     image = rimwatch.train(frames)
     check("the image of tables and of files", image.data == open(f"{FOLDER}/cart.rim", "rb").read())
     check("the image of paths", rimwatch.train(paths).data == image.data)
-    flights = [rimwatch.example_logs(1, first=9, bias=b)[0] for b in (0.0, 0.3)]
+    flights = [rimwatch.example_logs(1, first=21, bias=b)[0] for b in (0.0, 0.3)]
     names = [write(frame, f"flight_{i}.csv") for i, frame in enumerate(flights)]
     said = rim("replay", *names, "--model", "cart.rim", "--alarms", "a.jsonl", "--labels", "l.csv",
                "--trace", "t.csv")

@@ -381,8 +381,11 @@ static uint16_t next_behaviour(const rim_monitor *m, uint16_t leading, double le
 }
 
 /* When the vehicle itself deviates, several of its sensors do, and agree. Of what deviates with the
- * leading agreement channel by its behaviour, the most clearly; CAUSE_TOGETHER are asked. */
+ * leading agreement channel by its behaviour, the most clearly; CAUSE_TOGETHER are asked. One of
+ * two sensors that read the same is not asked itself: what they differ by is its error, and its
+ * behaviour, which may start from its wrong first reading, shows another one. */
 static uint16_t behaviour_instead(const rim_monitor *m, uint16_t leading) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const uint16_t shown = rimi_cause_shown_by(m, leading);
   const double least =
       rimi_max(BEHAVIOUR_SHARE * rimi_cause_score(m, shown), m->models.threshold.alarm_score);
@@ -392,7 +395,9 @@ static uint16_t behaviour_instead(const rim_monitor *m, uint16_t leading) {
     if (c == leading)
       return leading;
     below = rimi_cause_score(m, c); /* which judging it may renew */
-    if (c == leading % m->words[RIM_CONFIG_OUTCOMES] || deviates_too(m, shown, c))
+    if (c == leading % outcomes)
+      return rimi_agreement_twin(&m->models.agreement, c, NULL) < outcomes ? leading : c;
+    if (deviates_too(m, shown, c))
       return c;
   }
   return leading;

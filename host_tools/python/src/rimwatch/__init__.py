@@ -9,8 +9,8 @@ DataFrame whose columns begin with their role (`u.` command, `s.` sensor, `x.` c
 measured and predicted) and whose index, or column `t_s`, is the time in seconds.
 
     >>> import rimwatch
-    >>> image = rimwatch.train(rimwatch.example_logs(8))
-    >>> rimwatch.replay(rimwatch.example_logs(1, first=9, bias=0.3), image).raised
+    >>> image = rimwatch.train(rimwatch.example_logs(20))
+    >>> rimwatch.replay(rimwatch.example_logs(1, first=21, bias=0.3), image).raised
     1
 """
 

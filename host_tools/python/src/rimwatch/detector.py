@@ -26,10 +26,10 @@ class RimDetector(OutlierMixin, BaseEstimator):
     runs of equal length X is cut into where fit gets no `groups`, at least 3.
 
     >>> import numpy as np, rimwatch
-    >>> logs = rimwatch.example_logs(8)
+    >>> logs = rimwatch.example_logs(20)
     >>> X = np.concatenate([log.to_numpy() for log in logs])
-    >>> detector = rimwatch.RimDetector(runs=8).fit(X)
-    >>> y = detector.predict(rimwatch.example_logs(1, first=9, bias=0.3)[0].to_numpy())
+    >>> detector = rimwatch.RimDetector(runs=20).fit(X)
+    >>> y = detector.predict(rimwatch.example_logs(1, first=21, bias=0.3)[0].to_numpy())
     >>> bool((y[400:] == -1).mean() > 0.9), bool((y[:250] == -1).mean() < 0.2)
     (True, True)
     """
@@ -66,9 +66,9 @@ class RimDetector(OutlierMixin, BaseEstimator):
         """Minus the monitor's score at every row, [n_samples]: lower is more deviant.
 
         >>> import numpy as np, rimwatch
-        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(8)])
-        >>> detector = rimwatch.RimDetector(runs=8).fit(X)
-        >>> run = rimwatch.example_logs(1, first=9)[0].to_numpy()
+        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(20)])
+        >>> detector = rimwatch.RimDetector(runs=20).fit(X)
+        >>> run = rimwatch.example_logs(1, first=21)[0].to_numpy()
         >>> bool((detector.score_samples(run) > detector.offset_).all())
         True
         """
@@ -78,9 +78,9 @@ class RimDetector(OutlierMixin, BaseEstimator):
         """Below 0 where the score is above the one that raises an alarm.
 
         >>> import numpy as np, rimwatch
-        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(8)])
-        >>> detector = rimwatch.RimDetector(runs=8).fit(X)
-        >>> run = rimwatch.example_logs(1, first=9)[0].to_numpy()
+        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(20)])
+        >>> detector = rimwatch.RimDetector(runs=20).fit(X)
+        >>> run = rimwatch.example_logs(1, first=21)[0].to_numpy()
         >>> bool((detector.decision_function(run) > 0).all())
         True
         """
@@ -90,9 +90,9 @@ class RimDetector(OutlierMixin, BaseEstimator):
         """-1 for the rows in which a deviation was that an alarm found, 1 for all others.
 
         >>> import numpy as np, rimwatch
-        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(8)])
-        >>> detector = rimwatch.RimDetector(runs=8).fit(X)
-        >>> run = rimwatch.example_logs(1, first=9)[0].to_numpy()
+        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(20)])
+        >>> detector = rimwatch.RimDetector(runs=20).fit(X)
+        >>> run = rimwatch.example_logs(1, first=21)[0].to_numpy()
         >>> bool((detector.predict(run) == 1).all())
         True
         """

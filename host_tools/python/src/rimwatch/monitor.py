@@ -21,10 +21,10 @@ class Image:
     """A flight image: models, noise, ranges, thresholds and configuration in one blob.
 
     >>> import rimwatch
-    >>> image = rimwatch.train(rimwatch.example_logs(8))
+    >>> image = rimwatch.train(rimwatch.example_logs(20))
     >>> image.features
     ['u.cmd_mps', 's.speed_mps', 's.current_A']
-    >>> image.outcomes, round(image.period_s, 3), image.promise <= 1 / 9 + 1e-6
+    >>> image.outcomes, round(image.period_s, 3), image.promise <= 1 / 21 + 1e-6
     (['s.speed_mps', 's.current_A'], 0.1, True)
     """
 
@@ -119,8 +119,8 @@ class Run:
     """What the monitor said of one log.
 
     >>> import rimwatch
-    >>> image = rimwatch.train(rimwatch.example_logs(8))
-    >>> run = rimwatch.Monitor(image).run(rimwatch.example_logs(1, first=9, bias=0.3)[0])
+    >>> image = rimwatch.train(rimwatch.example_logs(20))
+    >>> run = rimwatch.Monitor(image).run(rimwatch.example_logs(1, first=21, bias=0.3)[0])
     >>> run.healthy, run.alarms[0]["channels"], int(run.rows["finding"].max())
     (False, ['s.current_A'], 1)
     """
@@ -151,8 +151,8 @@ class Replay:
     """What the monitor said of several logs, one after another.
 
     >>> import rimwatch
-    >>> image = rimwatch.train(rimwatch.example_logs(8))
-    >>> result = rimwatch.replay(rimwatch.example_logs(2, first=9, bias=0.3), image)
+    >>> image = rimwatch.train(rimwatch.example_logs(20))
+    >>> result = rimwatch.replay(rimwatch.example_logs(2, first=21, bias=0.3), image)
     >>> result.raised, len(result.runs), len(result.digest)
     (2, 2, 16)
     """
@@ -188,9 +188,9 @@ class Monitor:
     """The onboard monitor: rows in, a verdict each.
 
     >>> import rimwatch
-    >>> image = rimwatch.train(rimwatch.example_logs(8))
+    >>> image = rimwatch.train(rimwatch.example_logs(20))
     >>> monitor = rimwatch.Monitor(image)
-    >>> flight = rimwatch.example_logs(1, first=9, bias=0.3)[0]
+    >>> flight = rimwatch.example_logs(1, first=21, bias=0.3)[0]
     >>> for t, row in zip(flight.index, flight.to_numpy()):
     ...     verdict = monitor.step(t, row)
     >>> verdict.level, verdict.score > 1
@@ -236,8 +236,8 @@ class Monitor:
         """A whole log at once, as `rim replay` does it; the rows given to step are not touched.
 
         >>> import rimwatch
-        >>> monitor = rimwatch.Monitor(rimwatch.train(rimwatch.example_logs(8)))
-        >>> monitor.run(rimwatch.example_logs(1, first=9)[0]).healthy
+        >>> monitor = rimwatch.Monitor(rimwatch.train(rimwatch.example_logs(20)))
+        >>> monitor.run(rimwatch.example_logs(1, first=21)[0]).healthy
         True
         """
         return _run(_core.Replayer(self.image.data, self.image.name), log_of(frame, schema))
@@ -259,8 +259,8 @@ def replay(logs: Union[LogLike, Iterable[LogLike]],
     DataError.
 
     >>> import rimwatch
-    >>> image = rimwatch.train(rimwatch.example_logs(8))
-    >>> healthy, faulty = (rimwatch.replay(rimwatch.example_logs(1, first=9, bias=b), image)
+    >>> image = rimwatch.train(rimwatch.example_logs(20))
+    >>> healthy, faulty = (rimwatch.replay(rimwatch.example_logs(1, first=21, bias=b), image)
     ...                    for b in (0.0, 0.3))
     >>> healthy.runs[0].healthy, faulty.runs[0].alarms[0]["channels"]
     (True, ['s.current_A'])
