@@ -216,8 +216,8 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
           s.known.array();
 }
 
-// Columns that make the raw fields orthonormal over the healthy blocks, one after the other: each is
-// a raw field without what those before it have of it. One of which hardly anything is left is
+// Columns that make the raw fields orthonormal over the healthy blocks, one after the other: each
+// is a raw field without what those before it have of it. One of which hardly anything is left is
 // dropped, or the effects along it would swallow a fault.
 Eigen::MatrixXd orthonormal(const std::vector<Series> &series) {
   const Eigen::Index k = series.front().raw.cols();
