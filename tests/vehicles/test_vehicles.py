@@ -16,6 +16,7 @@ sys.path.insert(0, HERE)
 import blind
 import fleet
 import grade
+import harbour
 import kin
 import town
 import verdict
@@ -26,7 +27,7 @@ import yard
 SEED = 4711
 
 
-KINDS = [(M, v) for M in (V, blind, kin, fleet, town, yard) for v in M.VEHICLES]
+KINDS = [(M, v) for M in (V, blind, fleet, harbour, kin, town, yard) for v in M.VEHICLES]
 
 
 def some(M, vehicle):
