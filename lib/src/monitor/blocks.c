@@ -146,7 +146,8 @@ static void take_time(blocks *b, double t_s) {
 }
 
 /* The row's features, limited and unwrapped; where the angle jumps by more than half a turn it went
- * on through its end. */
+ * on through its end. The first reading of a block that is far out of range is a glitch, it may be:
+ * the one before it stands, or what integrates it would be off ever after. */
 static void take_features(blocks *b, const double *context) {
   double *last = LAST(b);
   int32_t *turn = blocks_turns(b);
@@ -161,6 +162,8 @@ static void take_features(blocks *b, const double *context) {
       }
       x += whole * (double)turn[f];
     } else if (rimi_abs(context[f] - x) > BLOCKS_FAR * blocks_trained_width(b, f)) {
+      if (turn[f] == 0 && b->rows > 0 && b->config.role[f] == 0)
+        x = last[f];
       ++turn[f];
     }
     last[f] = x;
