@@ -641,43 +641,6 @@ static void values_out_of_range_are_named_and_limited(void **state) {
   }
 }
 
-/* A glitch, one reading far out of range, is as if the one before it had stood; a second one in a
- * block is limited, as is the first reading of all, and a command is what was sent. */
-static void a_glitch_is_not_read(void **state) {
-  (void)state;
-  static const struct {
-    uint32_t first, count;
-    uint16_t column;
-  } of[] = {{BLOCK + 2, 1, SENSOR},
-            {BLOCK, 1, SENSOR},
-            {BLOCK + 2, 2, SENSOR},
-            {0, 1, SENSOR},
-            {BLOCK + 2, 1, COMMAND}};
-  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
-    bench glitch, stands;
-    start(&glitch);
-    start(&stands);
-    double before = 20.0; /* which is the limit */
-    for (uint32_t t = 0; t < 2 * BLOCK; ++t) {
-      double x[D];
-      make_row(t, x);
-      const bool is_out = t >= of[i].first && t < of[i].first + of[i].count;
-      const double good = x[of[i].column];
-      const bool is_glitch = t == of[i].first && of[i].column == SENSOR;
-      x[of[i].column] = !is_out ? good : is_glitch ? before : 20.0;
-      (void)row(&stands, PERIOD_S * t, x);
-      x[of[i].column] = is_out ? 1e300 : good;
-      (void)row(&glitch, PERIOD_S * t, x);
-      before = good;
-    }
-    const double *a = rimi_blocks_context(glitch.b), *b = rimi_blocks_context(stands.b);
-    assert_true(rimi_bits(a[of[i].column]) == rimi_bits(b[of[i].column]));
-    assert_true(rimi_bits(rimi_blocks_outcomes(glitch.b)[0]) ==
-                rimi_bits(rimi_blocks_outcomes(stands.b)[0]));
-    assert_int_equal(rimi_blocks_get_health(glitch.b).out_of_range, of[i].count);
-  }
-}
-
 /* Trained as -pi to pi: a log that counts from 0 to two pi says the same. */
 static void an_angle_may_be_counted_from_zero(void **state) {
   (void)state;
@@ -818,7 +781,6 @@ int main(void) {
       cmocka_unit_test(jitter_and_loss_are_no_other_rate),
       cmocka_unit_test(rows_without_a_rate_have_none),
       cmocka_unit_test(values_out_of_range_are_named_and_limited),
-      cmocka_unit_test(a_glitch_is_not_read),
       cmocka_unit_test(an_angle_may_be_counted_from_zero),
       cmocka_unit_test(own_predictions_are_standardised),
       cmocka_unit_test(memory_is_checked_and_not_left),

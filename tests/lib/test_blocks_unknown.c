@@ -3,6 +3,7 @@
  * it went into is not known until it is forgotten; what it moved or summed is not known again. */
 #include <math.h>
 
+#include "base/real.h"
 #include "image/rolled.h"
 #include "monitor/blocks.h"
 #include "section_bytes.h"
@@ -163,6 +164,41 @@ static void what_it_moves_is_not_known_again(void **state) {
   }
 }
 
+/* A glitch, one reading far out of range, is as if the one before it had stood; a second one in a
+ * block is limited, as is the first reading of all, and a command is what was sent. */
+static void a_glitch_is_not_read(void **state) {
+  (void)state;
+  static const struct {
+    uint32_t first, count;
+    uint16_t column;
+  } of[] = {{BLOCK + 2, 1, SENSOR},
+            {BLOCK, 1, SENSOR},
+            {BLOCK + 2, 2, SENSOR},
+            {0, 1, SENSOR},
+            {BLOCK + 2, 1, COMMAND}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    bench glitch, stands;
+    start(&glitch, SLOW(OF_COMMAND));
+    start(&stands, SLOW(OF_COMMAND));
+    double before = 2.0; /* which is the limit */
+    for (uint32_t t = 0; t < 2 * BLOCK; ++t) {
+      double x[D] = {0.5, 0.25, 0.125 * t}, *changed = &x[of[i].column];
+      const bool is_out = t >= of[i].first && t < of[i].first + of[i].count;
+      const double good = *changed;
+      if (is_out)
+        *changed = t == of[i].first && of[i].column == SENSOR ? before : 2.0;
+      (void)rimi_blocks_row(stands.b, PERIOD_S * t, x, NULL, NULL, NULL);
+      *changed = is_out ? 1e300 : good;
+      (void)rimi_blocks_row(glitch.b, PERIOD_S * t, x, NULL, NULL, NULL);
+      before = good;
+    }
+    for (size_t f = 0; f < D; ++f)
+      assert_true(rimi_bits(rimi_blocks_context(glitch.b)[f]) ==
+                  rimi_bits(rimi_blocks_context(stands.b)[f]));
+    assert_int_equal(rimi_blocks_get_health(glitch.b).out_of_range, of[i].count);
+  }
+}
+
 /* So many blocks that their number no longer fits: as if it had always been so. */
 static void counts_end_where_they_are_full(void **state) {
   (void)state;
@@ -182,6 +218,7 @@ int main(void) {
       cmocka_unit_test(a_reading_is_forgotten_as_its_means_forget_it),
       cmocka_unit_test(a_command_is_always_known),
       cmocka_unit_test(what_it_moves_is_not_known_again),
+      cmocka_unit_test(a_glitch_is_not_read),
       cmocka_unit_test(counts_end_where_they_are_full),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
