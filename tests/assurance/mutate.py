@@ -118,15 +118,21 @@ def is_known(place):
     return (place[0], open(place[0]).read().split("\n")[place[1]].strip(), mutated(place)[1].strip() or "(left out)") in known
 
 
+def of_source(name):
+    """test_NAME and test_NAME_*: those that there are."""
+    paths = glob.glob("tests/lib/test_%s.c" % name) + sorted(glob.glob("tests/lib/test_%s_*.c" % name))
+    return [os.path.basename(path)[5:-2] for path in paths]
+
+
 def tests_of(path, own_only=False):
     room, name = path.split("/")[2], os.path.basename(path)[:-2]
     own = shared.get(room + "/" + name, name)
-    more = [os.path.basename(p)[5:-2] for p in sorted(glob.glob("tests/lib/test_%s_*.c" % own))]
+    own_tests = of_source(own)
     mates = [os.path.basename(p)[:-2] for p in sorted(glob.glob("lib/src/%s/*.c" % room))]
     mates = [shared.get(room + "/" + m, m) for m in mates]
     if own_only:
-        return [own] + more
-    return list(dict.fromkeys([own] + more + ALWAYS + [m for m in mates if os.path.exists("tests/lib/test_%s.c" % m)]))
+        return own_tests
+    return list(dict.fromkeys(own_tests + ALWAYS + [test for mate in mates for test in of_source(mate)]))
 
 
 def is_held_to_lcm_gen(test):
