@@ -6,7 +6,7 @@
 #include "rim/image.h"
 #include "search/search.h"
 
-#define SEARCH_Z_STEP (1.0 / 64.0)    /* of a residual in the ring: int16 covers +-500 */
+#define SEARCH_Z_STEP (1.0 / 16.0)    /* of a residual in the ring: int16 covers +-2000 */
 #define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
 #define SEARCH_ACTIVITY_STEP (1.0 / 24.0)    /* int8 covers +-5.3 */
 #define SEARCH_DISTURBANCE_STEP (1.0 / 40.0) /* from SEARCH_CALMEST on: uint8 */
