@@ -67,12 +67,12 @@ struct Series {
 Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen::VectorXd &p,
                            const NoiseModel &noise) {
   const Matrix means = standard_means(basis, run);
-  Eigen::MatrixXd raw(run.blocks(), 4 + means.cols());
-  raw.col(0).setOnes();
-  raw.col(1) = p;
-  raw.col(2) = (1.0 - (-(run.time_s.array() / noise.trend_s).max(0.0).min(40.0)).exp()) *
-               noise.trend_s / noise.run_s;
-  raw.col(3) = (-(run.time_s.array() / noise.decay_s).min(40.0)).exp();
+  Eigen::MatrixXd raw(run.blocks(), NOISE_RAW_FIRST + means.cols());
+  raw.col(kRawOne).setOnes();
+  raw.col(kRawPrediction) = p;
+  raw.col(kRawTrend) = (1.0 - (-(run.time_s.array() / noise.trend_s).max(0.0).min(40.0)).exp()) *
+                       noise.trend_s / noise.run_s;
+  raw.col(kRawDecay) = (-(run.time_s.array() / noise.decay_s).min(40.0)).exp();
   raw.rightCols(means.cols()) = means;
   return raw;
 }
