@@ -99,12 +99,12 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     // Many features: which two is the question, so edges; few: which ellipse, so a finer grid.
     const bool wide = plan->layout.features() > kManyFeatures;
     plan->small = true;
-    plan->scans = wide ? 5 : 4;
-    plan->edges = wide ? 25 : 6;
-    plan->moves = wide ? 33 : 40;
-    plan->grid = wide ? 20 : 32;
-    plan->ring = wide ? 244 : 256;
-    plan->pairs = wide ? 3 : 4;
+    plan->scans = wide ? 3 : 4;
+    plan->edges = wide ? 44 : 6;
+    plan->moves = wide ? 54 : 40;
+    plan->grid = wide ? 24 : 32;
+    plan->ring = wide ? 278 : 256;
+    plan->pairs = wide ? 2 : 4;
   } else if (plan->layout.external && few_rows) {
     plan->edges = 288;
     plan->moves = 600;

@@ -196,12 +196,12 @@ static double sweep_work(const rim_work_counts *n) {
   const double conditional =
       n->ring * (double)POINT + EDGE_BINS * (PREFIX + 2u * END) + intervals(EDGE_BINS) * INTERVAL;
   const double base = n->region_features * (double)n->channels * LOOK + n->ring * (double)MASK;
-  const uint32_t each = SELECT_EDGE_INTERVALS(n->small);
+  const uint32_t each = SELECT_EDGE_INTERVALS;
   const double offers = (n->edges + each - 1u) / each + 1u;
   const double offer =
       SCATTER + ellipse_work(n) + ring_work(n) + 2u * CHAINS * EVIDENCE + n->pairs * (double)LOOK;
   return BASES_A_UNIT * base + n->edges * (double)n->pairs * LOOK +
-         (n->edges + each - 1u) * conditional + offers * offer;
+         (n->edges + each - 1u + SELECT_AT_ONCE - 1u) * conditional + offers * offer;
 }
 
 static double enter_work(const rim_work_counts *n) {

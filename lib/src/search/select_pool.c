@@ -499,10 +499,14 @@ void rimi_select_pool_enter(rim_select *e) {
   e->waits = false;
 }
 
-/* Two others than k, different. */
-static void draw_two(rim_select *e, uint32_t k, uint32_t *first, uint32_t *second) {
-  uint32_t i = rimi_rng_below(&e->rng, e->chains - 1u);
-  uint32_t j = rimi_rng_below(&e->rng, e->chains - 2u);
+/* Two others than k, different, by twelve bits of chance: each pair as probable as any other within
+ * an eighth. */
+static void draw_two(const rim_select *e, uint32_t k, uint32_t chance, uint32_t *first,
+                     uint32_t *second) {
+  const uint32_t others = e->chains - 2u;
+  const uint32_t which = (chance * (others + 1u) * others) >> 12;
+  uint32_t i = which / others;
+  uint32_t j = which % others;
   if (i >= k)
     ++i;
   if (j >= (i < k ? i : k))
@@ -524,8 +528,8 @@ static float stepped(float x, double gain, float to, float from, uint32_t noise,
 static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
   uint32_t i;
   uint32_t j;
-  draw_two(e, k, &i, &j);
   const uint32_t word = rimi_rng_u32(&e->rng);
+  draw_two(e, k, word & 0xfffu, &i, &j);
   const double gain = (word & 0xf000u) == 0 ? 1.0 : 0.05 + 0.75 * (double)(word >> 16) * 0x1p-16;
   const ellipse *from = &p->chain[i].shape;
   const ellipse *to = &p->chain[j].shape;

@@ -14,7 +14,8 @@
 #define BASES_A_UNIT 3u   /* masks made, each O(ring) */
 #define EDGE_BINS 16u     /* of a conditional interval */
 #define SHEARS 4u         /* further intervals of an edge that comes near, and one of the base */
-#define SELECT_EDGE_INTERVALS(small) (1u + SHEARS + ((small) ? 0u : 1u)) /* of such an edge */
+#define SELECT_AT_ONCE 4u /* edges whose rows are read together, and shears */
+#define SELECT_EDGE_INTERVALS (1u + SHEARS + 1u) /* of such an edge */
 #define ENTRIES_A_UNIT 2u /* pairs that may enter the pool, */
 /* The small profile, for small processors: one pair per unit enters, the best of those offered, and
  * in its unit no ellipse moves; shears are tried only where the plain H3 might itself enter the

@@ -8,14 +8,19 @@
 
 #define WAIT_BONUS 0.5        /* nats per sweep that a base has waited, */
 #define WAIT_MAX 24           /* for at most this many sweeps */
-#define NEAR_ENOUGH 6.0       /* nats below the pool's bar: the most that shear was seen to add */
+#define NEAR_ENOUGH 4.0       /* nats below the pool's bar at which shears are tried */
+#define NEARLY_THERE 2.0      /* ... at which the base's own interval is sought again */
 #define GROWTH_AT_EDGE 0.35   /* of the interval's width */
 #define ELLIPSE_OVER_BOX 1.15 /* 2 / sqrt pi = 1.13 gives equal areas */
+
+#define SHEAR_STEPS 64
+static const int32_t shears[SHEARS] = {32, -32, 64, -64};
+
+_Static_assert(SHEARS == SELECT_AT_ONCE, "packed_bins");
 
 typedef struct prefix {
   double n[RIM_SELECT_MAX_BINS + 1];
   double s[RIM_SELECT_MAX_BINS + 1];
-  double v[RIM_SELECT_MAX_BINS + 1]; /* sum n_k b_k */
 } prefix;
 
 typedef struct found {
@@ -23,70 +28,60 @@ typedef struct found {
   uint32_t first, last;
 } found;
 
-/* Ends of intervals: statistics before a bin and up to its end, for bins of one sign. */
+/* Bins of one sign, as ends of intervals; sum of s^2 / n of those before each, and of all. */
 typedef struct ends {
-  double n0[RIM_SELECT_MAX_BINS], s0[RIM_SELECT_MAX_BINS], v0[RIM_SELECT_MAX_BINS];
-  double n1[RIM_SELECT_MAX_BINS], s1[RIM_SELECT_MAX_BINS], v1[RIM_SELECT_MAX_BINS];
+  double before[RIM_SELECT_MAX_BINS], all;
   uint8_t bin[RIM_SELECT_MAX_BINS];
   uint32_t count;
 } ends;
 
-static void find_ends(const prefix *p, uint32_t bins, double a, bool negative, ends *out) {
-  uint32_t n = 0;
+static void find_ends(const prefix *p, uint32_t bins, ends *down, ends *up) {
+  down->all = up->all = 0.0;
+  down->count = up->count = 0;
   for (uint32_t k = 0; k < bins; ++k) {
     const double s = p->s[k + 1] - p->s[k];
-    if (!(negative ? s < 0.0 : s > 0.0))
+    const double n = p->n[k + 1] - p->n[k];
+    if (!(s < 0.0 || s > 0.0))
       continue;
-    out->n0[n] = p->n[k];
-    out->s0[n] = p->s[k];
-    out->v0[n] = p->v[k] - a;
-    out->n1[n] = p->n[k + 1];
-    out->s1[n] = p->s[k + 1];
-    out->v1[n] = p->v[k + 1];
-    out->bin[n] = (uint8_t)k;
-    ++n;
-  }
-  out->count = n;
-}
-
-/* [i]: no interval from end i on has a larger S^2 / (n (a + b n)): it is at most the sum of the
- * bins' own S^2 / (n a) (Cauchy), bins of the other sign take away. Rounded up. */
-static void bounds_from(const ends *e, double a, double *within) {
-  double sum = 0.0;
-  for (uint32_t i = e->count; i-- > 0;) {
-    const double s = e->s1[i] - e->s0[i];
-    sum += s * s / (e->n1[i] - e->n0[i]);
-    within[i] = sum / a * (1.0 + 1e-9);
+    ends *of = s < 0.0 ? down : up;
+    const uint32_t i = of->count++;
+    of->before[i] = of->all;
+    of->bin[i] = (uint8_t)k;
+    of->all += s * s / n;
   }
 }
 
-/* The most anomalous interval (App. A, Alg. 8, p. 116). Only intervals whose first and last bin
- * deviate the same way are weighed: without an end bin that does not, |S| is no smaller and Var(S)
- * no larger. Compared by cross-multiplication; at most bins (bins + 1) / 2 intervals. Of equals the
- * first stays: those that deviate downwards before those that deviate upwards. */
-static found most_anomalous(const prefix *p, uint32_t bins, double a) {
-  double best_s2 = 0.0;
+/* The most anomalous interval (App. A, Alg. 8, p. 116); its ln_anom is `least` (0 or more) where
+ * none has more. Only intervals whose first and last bin deviate the same way are weighed: without
+ * an end bin that does not, |S| is no smaller and Var(S) no larger. Those from an end on have at
+ * most the sum of their bins' own S^2 / (n a) (Cauchy), since bins of the other sign take away.
+ * Compared by cross-multiplication; at most bins (bins + 1) / 2 intervals. Of equals the first
+ * stays: those that deviate downwards before those that deviate upwards. */
+static found most_anomalous(const prefix *p, uint32_t bins, double a, double b, double least) {
+  ends of[2];
+  find_ends(p, bins, &of[0], &of[1]);
+  double best_s2 = 2.0 * least;
   double best_var = 1.0;
-  found best = {0.0, 0, 0};
+  found best = {least, 0, 0};
   for (uint32_t sign = 0; sign < 2; ++sign) {
-    ends e;
-    find_ends(p, bins, a, sign == 0, &e);
-    double within[RIM_SELECT_MAX_BINS];
-    bounds_from(&e, a, within);
-    for (uint32_t i = 0; i < e.count && within[i] * best_var > best_s2; ++i) {
-      const double n0 = e.n0[i];
-      const double s0 = e.s0[i];
-      const double v0 = e.v0[i];
-      for (uint32_t j = i; j < e.count; ++j) {
-        const double s = e.s1[j] - s0;
-        const double var = (e.n1[j] - n0) * (e.v1[j] - v0);
+    const ends *e = &of[sign];
+    const double all = e->all * (1.0 + 1e-9); /* of rounding */
+    for (uint32_t i = 0; i < e->count; ++i) {
+      if ((all - e->before[i]) * best_var <= best_s2 * a)
+        break;
+      const double n0 = p->n[e->bin[i]];
+      const double s0 = p->s[e->bin[i]];
+      for (uint32_t j = i; j < e->count; ++j) {
+        const double s = p->s[e->bin[j] + 1u] - s0;
+        const double n = p->n[e->bin[j] + 1u] - n0;
+        const double var = n * (a + b * n);
         const double s2 = s * s;
         if (s2 * best_var <= best_s2 * var)
           continue;
         best_s2 = s2;
         best_var = var;
-        best.first = e.bin[i];
-        best.last = e.bin[j];
+        best.first = e->bin[i];
+        best.last = e->bin[j];
       }
     }
   }
@@ -111,10 +106,13 @@ static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   const rim_bins table = select_bins(e);
   prefix p;
   rimi_bins_prefix(&table, (uint16_t)f, (uint16_t)c, p.s, p.n);
-  for (uint32_t k = 0; k <= e->bins; ++k)
-    p.v[k] = (double)state->b * p.n[k]; /* cppcheck-suppress uninitvar */
-  const found best = most_anomalous(&p, e->bins, (double)state->a);
   slice *s = select_slice(e, c, f);
+  /* The interval that it had is hard to beat; a little less, and it is found again in its turn. */
+  const double n = p.n[s->last + 1u] - p.n[s->first];
+  const double sum = p.s[s->last + 1u] - p.s[s->first];
+  const double a = (double)state->a;
+  const double b = (double)state->b;
+  const found best = most_anomalous(&p, e->bins, a, b, select_ln_anom(sum, n, a, b) * (1.0 - 1e-9));
   s->ln_anom = (float)best.ln_anom;
   s->first = (uint8_t)best.first;
   s->last = (uint8_t)best.last;
@@ -165,49 +163,143 @@ static void choose_base(rim_select *e) {
 
 /* The ring's slots inside the base interval. */
 static uint32_t fill_mask(const rim_select *e, uint16_t *mask) {
+  const uint8_t *base = select_row(e, 0) + e->base_feature;
+  const uint32_t bins = e->bins, first = e->base_first, last = e->base_last;
+  const uint32_t held = e->held, features = e->features;
   uint32_t n = 0;
-  for (uint32_t slot = 0; slot < e->held; ++slot) {
-    const uint32_t bin = ((uint32_t)select_row(e, slot)[e->base_feature] * e->bins) >> 8;
-    if (bin >= e->base_first && bin <= e->base_last)
+  for (uint32_t slot = 0; slot < held; ++slot) {
+    const uint32_t bin = (base[slot * features] * bins) >> 8;
+    if (bin >= first && bin <= last)
       mask[n++] = (uint16_t)slot;
   }
   return n;
 }
 
-/* No interval of these bins has more evidence: S^2 / n <= sum of s_k^2 / n_k (Cauchy), over the
- * bins of one sign, since those of the other only take away. For b > 0 less still. Rounded up by
- * more than 16 sums in single precision lose. */
-static double evidence_bound(const channel_state *state, const int32_t *n, const int32_t *s) {
+/* Of the ring's observations in bins; residuals in steps: |s| below 4096 * 32768 = 2^27. `most`: no
+ * interval has a larger s^2 / n than the sum of the bins' own (Cauchy), over those of one sign,
+ * since those of the other only take away. For b > 0 less still. */
+typedef struct histogram {
+  int32_t n[EDGE_BINS], s[EDGE_BINS];
+  float most;
+} histogram;
+
+/* Of several histograms, n and s in one word, s * 256 + n, for so few observations: one addition
+ * keeps both. */
+#define PACKED_MAX 255u
+typedef int32_t packed_bins[EDGE_BINS][SELECT_AT_ONCE];
+
+static int32_t packed(int32_t residual) { return residual * 256 + 1; }
+
+static void put(int32_t (*bins)[SELECT_AT_ONCE], uint32_t which, uint32_t byte,
+                int32_t observation) {
+  bins[(byte * EDGE_BINS) >> 8][which] += observation;
+}
+
+/* Adds one of them to h, or, if these observations are its first, sets it. */
+static void unpack(int32_t (*from)[SELECT_AT_ONCE], uint32_t which, bool first, histogram *h) {
   float up = 0.0f;
   float down = 0.0f;
   for (uint32_t k = 0; k < EDGE_BINS; ++k) {
-    if (n[k] == 0)
+    int32_t n = from[k][which] & 255;
+    int32_t s = (from[k][which] - n) / 256;
+    if (!first) {
+      n += h->n[k];
+      s += h->s[k];
+    }
+    h->n[k] = n;
+    h->s[k] = s;
+    if (s == 0)
       continue;
-    const float sum = (float)s[k];
-    const float part = sum * sum / (float)n[k];
-    if (s[k] > 0)
+    const float sum = (float)s;
+    const float part = sum * sum / (float)n;
+    if (s > 0)
       up += part;
     else
       down += part;
   }
-  const double best = (double)(up > down ? up : down) * (1.0 + 1e-5);
-  return 0.5 * SELECT_RESIDUAL_STEP * SELECT_RESIDUAL_STEP * best / (double)state->a;
+  h->most = up > down ? up : down;
 }
 
-/* Sums of the ring's observations in EDGE_BINS bins, in steps: below 4096 * 32768 = 2^27. */
-typedef struct histogram {
-  int32_t n[EDGE_BINS], s[EDGE_BINS];
-} histogram;
+/* In nats, rounded up by more than 16 sums in single precision lose. */
+static double evidence_bound(const channel_state *state, const histogram *h) {
+  return 0.5 * SELECT_RESIDUAL_STEP * SELECT_RESIDUAL_STEP * (1.0 + 1e-5) * (double)h->most /
+         (double)state->a;
+}
 
-static found best_of(const channel_state *state, const histogram *h) {
+static found best_of(const channel_state *state, const histogram *h, double least) {
   prefix p;
-  p.n[0] = p.s[0] = p.v[0] = 0.0;
+  p.n[0] = p.s[0] = 0.0;
   for (uint32_t k = 0; k < EDGE_BINS; ++k) {
     p.n[k + 1] = p.n[k] + (double)h->n[k];
     p.s[k + 1] = p.s[k] + (double)h->s[k] * SELECT_RESIDUAL_STEP;
-    p.v[k + 1] = (double)state->b * p.n[k + 1];
   }
-  return most_anomalous(&p, EDGE_BINS, (double)state->a);
+  return most_anomalous(&p, EDGE_BINS, (double)state->a, (double)state->b, least);
+}
+
+/* The most anomalous interval of a histogram; its ln_anom is `least` where none has more, or none
+ * can have as much as is `asked` for. */
+static found conditional(rim_select *e, const histogram *h, double asked, double least) {
+  const channel_state *state = select_channel(e, e->base_channel);
+  ++e->effort.edges;
+  if (evidence_bound(state, h) < asked)
+    return (found){least, 0, 0};
+  return best_of(state, h, rimi_max(least, 0.0));
+}
+
+/* The ring's slots inside the base interval. */
+typedef struct base_mask {
+  const uint16_t *slot;
+  uint32_t count;
+} base_mask;
+
+/* At most PACKED_MAX of them, from one on. */
+static base_mask part_of(base_mask mask, uint32_t from) {
+  const uint32_t left = mask.count - from;
+  return (base_mask){mask.slot + from, left < PACKED_MAX ? left : PACKED_MAX};
+}
+
+/* Most of a sweep's time goes here, and much of that to find a row: four features share it. */
+static void add_four(const rim_select *e, base_mask part, uint16_t f,
+                     int32_t (*h)[SELECT_AT_ONCE]) {
+  const uint8_t *ring = select_row(e, 0) + f;
+  const int16_t *residual = select_residual(e, 0) + e->base_channel;
+  const uint32_t features = e->features;
+  const uint32_t channels = e->channels;
+  for (uint32_t i = 0; i < part.count; ++i) {
+    const uint8_t *row = ring + part.slot[i] * features;
+    const int32_t r = packed(residual[part.slot[i] * channels]);
+    put(h, 0, row[0], r);
+    put(h, 1, row[1], r);
+    put(h, 2, row[2], r);
+    put(h, 3, row[3], r);
+  }
+}
+
+/* Fewer than SELECT_AT_ONCE. */
+static void add_few(const rim_select *e, base_mask part, uint16_t f, uint32_t count,
+                    int32_t (*h)[SELECT_AT_ONCE]) {
+  for (uint32_t i = 0; i < part.count; ++i) {
+    const int32_t r = packed(select_residual(e, part.slot[i])[e->base_channel]);
+    for (uint32_t k = 0; k < count; ++k)
+      put(h, k, select_row(e, part.slot[i])[f + k], r);
+  }
+}
+
+/* Of `count` features from f on, at most SELECT_AT_ONCE. */
+static void plain_histograms(const rim_select *e, base_mask mask, uint16_t f, uint32_t count,
+                             histogram *h) {
+  uint32_t from = 0;
+  do {
+    const base_mask part = part_of(mask, from);
+    packed_bins sums = {{0}};
+    if (count == SELECT_AT_ONCE)
+      add_four(e, part, f, sums);
+    else
+      add_few(e, part, f, count, sums);
+    for (uint32_t k = 0; k < count; ++k)
+      unpack(sums, k, from == 0, &h[k]);
+    from += PACKED_MAX;
+  } while (from < mask.count);
 }
 
 /* Where the base interval has its middle, in bytes: there shear moves nothing. */
@@ -215,54 +307,53 @@ static int32_t middle_of_base(const rim_select *e) {
   return ((int32_t)e->base_first + e->base_last + 1) * 256 / (2 * e->bins);
 }
 
-/* Bin of f + shear / 64 * (base - middle). */
-static uint32_t sheared_bin(const rim_select *e, const uint8_t *row, uint16_t f, int32_t shear,
-                            int32_t middle) {
-  int32_t g = row[f];
-  if (shear != 0) {
-    g += (((int32_t)row[e->base_feature] - middle) * shear) / 64;
-    g = g < 0 ? 0 : g > 255 ? 255 : g;
-  }
-  return ((uint32_t)g * EDGE_BINS) >> 8;
+/* f + shear / SHEAR_STEPS * (base - its middle), a byte. */
+static uint32_t sheared(int32_t byte, int32_t from_middle, int32_t shear) {
+  const int32_t g = byte + from_middle * shear / SHEAR_STEPS;
+  return (uint32_t)(g < 0 ? 0 : g > 255 ? 255 : g);
 }
 
-/* The most anomalous interval of f + shear / 64 * (base - its middle) among the masked: H3 with
- * shear 0; with others a parallelogram, since an oblique region has no good rectangle. Its ln_anom
- * is -1 where it is certainly below `least`. */
-static found conditional(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f,
-                         int32_t shear, double least) {
-  const channel_state *state = select_channel(e, e->base_channel);
+static void add_sheared(const rim_select *e, base_mask part, uint16_t f,
+                        int32_t (*h)[SELECT_AT_ONCE]) {
   const int32_t middle = middle_of_base(e);
-  const uint8_t *ring = select_row(e, 0);
-  const int16_t *residual = select_residual(e, 0) + e->base_channel;
-  histogram h = {0};
-  for (uint32_t i = 0; i < masked; ++i) {
-    const uint8_t *row = ring + (size_t)mask[i] * e->features;
-    const uint32_t k = sheared_bin(e, row, f, shear, middle);
-    ++h.n[k];
-    h.s[k] += residual[(size_t)mask[i] * e->channels];
+  for (uint32_t i = 0; i < part.count; ++i) {
+    const uint8_t *row = select_row(e, part.slot[i]);
+    const int32_t r = packed(select_residual(e, part.slot[i])[e->base_channel]);
+    const int32_t from_middle = row[e->base_feature] - middle;
+    for (uint32_t k = 0; k < SHEARS; ++k)
+      put(h, k, sheared(row[f], from_middle, shears[k]), r);
   }
-  ++e->effort.edges;
-  if (evidence_bound(state, h.n, h.s) < least)
-    return (found){-1.0, 0, 0};
-  return best_of(state, &h);
+}
+
+/* Of f in every shear. An oblique region has no good rectangle; an interval of a sheared feature
+ * makes a parallelogram. */
+static void sheared_histograms(const rim_select *e, base_mask mask, uint16_t f, histogram *h) {
+  uint32_t from = 0;
+  do {
+    packed_bins sums = {{0}};
+    add_sheared(e, part_of(mask, from), f, sums);
+    for (uint32_t k = 0; k < SHEARS; ++k)
+      unpack(sums, k, from == 0, &h[k]);
+    from += PACKED_MAX;
+  } while (from < mask.count);
 }
 
 /* The most anomalous interval of the base where the sheared f lies in the interval `given`. */
 static found base_given(rim_select *e, uint16_t f, int32_t shear, const found *given) {
   const int32_t middle = middle_of_base(e);
-  histogram h = {0};
+  histogram h = {.most = 0.0f};
   for (uint32_t slot = 0; slot < e->held; ++slot) {
     const uint8_t *row = select_row(e, slot);
-    const uint32_t k = sheared_bin(e, row, f, shear, middle);
+    const uint32_t base = row[e->base_feature];
+    const uint32_t k = (sheared(row[f], (int32_t)base - middle, shear) * EDGE_BINS) >> 8;
     if (k < given->first || k > given->last)
       continue;
-    const uint32_t b = ((uint32_t)row[e->base_feature] * EDGE_BINS) >> 8;
-    ++h.n[b];
-    h.s[b] += select_residual(e, slot)[e->base_channel];
+    const uint32_t bin = (base * EDGE_BINS) >> 8;
+    ++h.n[bin];
+    h.s[bin] += select_residual(e, slot)[e->base_channel];
   }
   ++e->effort.edges;
-  return best_of(select_channel(e, e->base_channel), &h);
+  return best_of(select_channel(e, e->base_channel), &h, 0.0);
 }
 
 /* Two opposite sides of a parallelogram, in unit features. */
@@ -305,13 +396,13 @@ static select_offer offer_of(const rim_select *e, uint16_t f, const sides *base,
   };
 }
 
-/* Offers what was found of (base, f); before it, but in the small profile, the base gets the
- * interval that is best there: its own was found over all values of f. */
-static void offer_edge(rim_select *e, uint16_t f, const found *best, int32_t shear) {
+/* Offers what was found of (base, f). Where it nearly reaches the bar, the base gets the interval
+ * that is best there first: its own was found over all values of f. */
+static void offer_edge(rim_select *e, uint16_t f, const found *best, int32_t shear, double bar) {
   sides base = sides_of(e->base_first, e->base_last, e->bins);
   sides other = sides_of(best->first, best->last, EDGE_BINS);
   double h3 = best->ln_anom;
-  if (!e->small) {
+  if (h3 > bar - NEARLY_THERE) {
     const found refined = base_given(e, f, shear, best);
     if (refined.ln_anom > h3) {
       const double middle = base.low + base.high;
@@ -326,43 +417,56 @@ static void offer_edge(rim_select *e, uint16_t f, const found *best, int32_t she
   rimi_select_pool_offer(e, &offer);
 }
 
-/* One edge (base, f). Shears are tried only where the plain H3 comes near what the pool asks.
- * Returns the conditional intervals used: 1 or SELECT_EDGE_INTERVALS. */
-static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f) {
-  static const int32_t shears[SHEARS] = {32, -32, 64, -64};
+/* One edge (base, f), whose plain histogram is given: H3. Shears are tried only where it comes near
+ * what the pool asks. Returns the conditional intervals used: 1 or SELECT_EDGE_INTERVALS. */
+static uint32_t try_edge(rim_select *e, base_mask mask, uint16_t f, const histogram *plain) {
   const channel_state *state = select_channel(e, e->base_channel);
-  const double bar = rimi_select_pool_bar(e, NULL);
-  /* In nats of this channel, what the plain H3 may lack at most. */
-  const double lacks = e->small ? 0.0 : NEAR_ENOUGH;
-  const double least = (bar + (double)state->offset) / (double)state->scale - lacks;
-  found best = conditional(e, mask, masked, f, 0, least);
-  const double nearly = select_priority(state, best.ln_anom + NEAR_ENOUGH);
-  if (best.ln_anom < 0.0 || nearly < bar)
+  /* What the pool asks, in nats of this channel. */
+  const double bar = (rimi_select_pool_bar(e, NULL) + (double)state->offset) / (double)state->scale;
+  const double least = bar - NEAR_ENOUGH;
+  found best = conditional(e, plain, e->small ? bar : least, least);
+  if (best.ln_anom <= least)
     return 1;
   int32_t shear = 0;
+  histogram h[SHEARS];
+  sheared_histograms(e, mask, f, h);
   for (uint32_t i = 0; i < SHEARS; ++i) {
-    const found other = conditional(e, mask, masked, f, shears[i], best.ln_anom);
+    const found other = conditional(e, &h[i], best.ln_anom, best.ln_anom);
     if (other.ln_anom <= best.ln_anom)
       continue;
     best = other;
     shear = shears[i];
   }
-  offer_edge(e, f, &best, shear);
-  return SELECT_EDGE_INTERVALS(e->small);
+  offer_edge(e, f, &best, shear, bar);
+  return SELECT_EDGE_INTERVALS;
+}
+
+/* Up to SELECT_AT_ONCE edges of the base, from next_feature on, but no more than the budget asks
+ * for. Returns the conditional intervals used. */
+static uint32_t try_edges(rim_select *e, base_mask mask, uint32_t budget) {
+  histogram plain[SELECT_AT_ONCE];
+  const uint16_t first = e->next_feature;
+  uint32_t count = e->features - (uint32_t)first;
+  count = count < SELECT_AT_ONCE ? count : SELECT_AT_ONCE;
+  count = count < budget ? count : budget;
+  plain_histograms(e, mask, first, count, plain);
+  uint32_t done = 0;
+  for (uint32_t k = 0; k < count && done < budget; ++k, ++e->next_feature) {
+    if (e->next_feature != e->base_feature)
+      done += try_edge(e, mask, e->next_feature, &plain[k]);
+  }
+  return done;
 }
 
 void rimi_select_sweep(rim_select *e, uint32_t budget) {
-  uint16_t *mask = (uint16_t *)select_at(e, e->mask_at);
+  uint16_t *slots = (uint16_t *)select_at(e, e->mask_at);
   uint32_t done = 0;
   for (uint32_t bases = 0; bases < BASES_A_UNIT && done < budget; ++bases) {
     if (e->next_feature >= e->features)
       choose_base(e);
-    const uint32_t masked = fill_mask(e, mask);
-    for (; e->next_feature < e->features && done < budget; ++e->next_feature) {
-      if (e->next_feature == e->base_feature)
-        continue;
-      done += try_edge(e, mask, masked, e->next_feature);
-    }
+    const base_mask mask = {slots, fill_mask(e, slots)};
+    while (e->next_feature < e->features && done < budget)
+      done += try_edges(e, mask, budget - done);
   }
   rimi_select_pool_enter(e);
 }
