@@ -297,6 +297,34 @@ static void the_base_is_that_of_the_rows(void **state) {
   }
 }
 
+/* More rows in the base than a packed word counts, all of them at the limit, and most in one bin of
+ * the second feature: 300 of -63, whether edges are taken together or one by one. */
+static void a_full_ring_is_summed(void **state) {
+  (void)state;
+  for (uint32_t budget = 1; budget <= 1000; budget += 999) {
+    const rim_select_config config = {.features = D};
+    assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+    for (int i = 0; i < 500; ++i) {
+      const bool inside = i % 5 < 3;
+      const double at[D] = {0.5, inside ? 5.5 / 16.0 : 12.5 / 16.0, (i % 16 + 0.5) / 16.0,
+                            (i / 16 % 16 + 0.5) / 16.0};
+      const double deviates = inside ? -63.0 : 63.0;
+      assert_int_equal(rimi_select_observe(engine, at, &deviates), RIM_OK);
+    }
+    rimi_select_scan(engine, 1); /* the first feature alone is known: it is the base */
+    double h3 = 0.0;             /* the largest: later bases say less */
+    for (uint32_t left = 20; left > 0; --left) {
+      rimi_select_sweep(engine, budget);
+      for (uint32_t p = 0; p < engine->pairs; ++p) {
+        const pair_state *pair = select_pair(engine, p);
+        if (pair->active && pair->x == 0 && pair->y == 1)
+          h3 = fmax(h3, (double)pair->h3);
+      }
+    }
+    assert_true(h3 == 63.0 * 63.0 * 300.0 / 2.0);
+  }
+}
+
 static void budgets_are_kept(void **state) {
   (void)state;
   fill(40);
@@ -322,6 +350,7 @@ int main(void) {
                                      cmocka_unit_test(a_spent_budget_ends_a_unit),
                                      cmocka_unit_test(nothing_behind_the_ring_is_searched),
                                      cmocka_unit_test(the_base_is_that_of_the_rows),
+                                     cmocka_unit_test(a_full_ring_is_summed),
                                      cmocka_unit_test(budgets_are_kept)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
