@@ -100,8 +100,8 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     const bool wide = plan->layout.features() > kManyFeatures;
     plan->small = true;
     plan->scans = wide ? 3 : 4;
-    plan->edges = wide ? 44 : 6;
-    plan->moves = wide ? 54 : 40;
+    plan->edges = wide ? 44 : 11;
+    plan->moves = wide ? 54 : 42;
     plan->grid = wide ? 24 : 32;
     plan->ring = wide ? 278 : 256;
     plan->pairs = wide ? 2 : 4;
