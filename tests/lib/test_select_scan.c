@@ -87,6 +87,21 @@ static void scans_equal_brute_force(void **state) {
   }
 }
 
+/* Whatever interval a slice is said to have had, the scan finds the best. */
+static void an_upset_slice_is_scanned_anew(void **state) {
+  (void)state;
+  static const uint8_t upset[][2] = {{0, B}, {0, 255}, {9, 3}, {200, 210}};
+  fill(20);
+  rimi_select_scan(engine, D * C);
+  const slice was = *select_slice(engine, 1, 2);
+  for (size_t i = 0; i < sizeof upset / sizeof *upset; ++i) {
+    select_slice(engine, 1, 2)->first = upset[i][0];
+    select_slice(engine, 1, 2)->last = upset[i][1];
+    rimi_select_scan(engine, D * C);
+    assert_memory_equal(select_slice(engine, 1, 2), &was, sizeof was);
+  }
+}
+
 static void a_scan_equals_brute_force(void **state) {
   (void)state;
   fill(20);
@@ -342,6 +357,7 @@ int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {cmocka_unit_test(scans_equal_brute_force),
                                      cmocka_unit_test(a_scan_equals_brute_force),
+                                     cmocka_unit_test(an_upset_slice_is_scanned_anew),
                                      cmocka_unit_test(sweep_equals_brute_force),
                                      cmocka_unit_test(of_equals_the_lower_reading),
                                      cmocka_unit_test(empty_bins_hide_nothing),

@@ -101,18 +101,25 @@ static void rescan_channel(rim_select *e, uint32_t c) {
   }
 }
 
+/* A little less than the interval that a slice had has now: hard to beat, and found again in its
+ * turn. */
+static double nearly_had(const rim_select *e, const slice *s, const prefix *p, double a, double b) {
+  if (s->first > s->last || s->last >= e->bins) /* an upset */
+    return 0.0;
+  const double n = p->n[s->last + 1u] - p->n[s->first];
+  const double sum = p->s[s->last + 1u] - p->s[s->first];
+  return select_ln_anom(sum, n, a, b) * (1.0 - 1e-9);
+}
+
 static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   channel_state *state = select_channel(e, c);
   const rim_bins table = select_bins(e);
   prefix p;
   rimi_bins_prefix(&table, (uint16_t)f, (uint16_t)c, p.s, p.n);
   slice *s = select_slice(e, c, f);
-  /* The interval that it had is hard to beat; a little less, and it is found again in its turn. */
-  const double n = p.n[s->last + 1u] - p.n[s->first];
-  const double sum = p.s[s->last + 1u] - p.s[s->first];
   const double a = (double)state->a;
   const double b = (double)state->b;
-  const found best = most_anomalous(&p, e->bins, a, b, select_ln_anom(sum, n, a, b) * (1.0 - 1e-9));
+  const found best = most_anomalous(&p, e->bins, a, b, nearly_had(e, s, &p, a, b));
   s->ln_anom = (float)best.ln_anom;
   s->first = (uint8_t)best.first;
   s->last = (uint8_t)best.last;
@@ -381,7 +388,7 @@ static select_offer offer_of(const rim_select *e, uint16_t f, const sides *base,
   const double center[2] = {0.5 * (base->low + base->high), 0.5 * (other->low + other->high)};
   const double wide = half[0] * ELLIPSE_OVER_BOX;
   const double tall = half[1] * ELLIPSE_OVER_BOX;
-  const double slope = -(double)shear / 64.0;
+  const double slope = -(double)shear / (double)SHEAR_STEPS;
   const double base_base = wide * wide;
   const double f_f = slope * slope * base_base + tall * tall;
   const bool swap = e->base_feature > f;
@@ -407,7 +414,8 @@ static void offer_edge(rim_select *e, uint16_t f, const found *best, int32_t she
     if (refined.ln_anom > h3) {
       const double middle = base.low + base.high;
       base = sides_of(refined.first, refined.last, EDGE_BINS);
-      const double moved = 0.5 * (base.low + base.high - middle) * (double)shear / 64.0;
+      const double moved =
+          0.5 * (base.low + base.high - middle) * (double)shear / (double)SHEAR_STEPS;
       other.low -= moved;
       other.high -= moved;
       h3 = refined.ln_anom;
