@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Made by `rim bench --external-table host_tools/train/external_table_data.cpp`: do not edit.
 #include "train/external_table.hpp"
 

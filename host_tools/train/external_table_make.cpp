@@ -117,7 +117,8 @@ std::string make_external_table() {
     cells += knots.features.size() * knots.outcomes.size();
   }
   Progress progress("table", cells);
-  std::string text = "// Made by `rim bench --external-table "
+  std::string text = "// SPDX-License-Identifier: MIT\n"
+                     "// Made by `rim bench --external-table "
                      "host_tools/train/external_table_data.cpp`: do not edit.\n"
                      "#include \"train/external_table.hpp\"\n\nnamespace rim {\n\nnamespace {\n\n"
                      "// A line a size: quantiles at the levels of external_levels().\n";
