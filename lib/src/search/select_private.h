@@ -11,11 +11,11 @@
 #define SELECT_RESIDUAL_STEP (1.0 / 512.0) /* of a ring residual: int16 covers +-64 */
 
 /* What bounds a unit's work (monitor/work.h). */
-#define BASES_A_UNIT 3u   /* masks made, each O(ring) */
-#define EDGE_BINS 16u     /* of a conditional interval */
-#define SHEARS 4u         /* further intervals of an edge that comes near, and one of the base */
-#define SELECT_AT_ONCE 4u /* edges whose rows are read together, and shears */
+#define BASES_A_UNIT 3u /* masks made, each O(ring) */
+#define EDGE_BINS 16u   /* of a conditional interval */
+#define SHEARS 4u       /* further intervals of an edge that comes near, and one of the base */
 #define SELECT_EDGE_INTERVALS (1u + SHEARS + 1u) /* of such an edge */
+#define SELECT_AT_ONCE 4u /* edges whose rows are read together, and shears */
 #define ENTRIES_A_UNIT 2u /* pairs that may enter the pool, */
 /* The small profile, for small processors: one pair per unit enters, the best of those offered, and
  * in its unit no ellipse moves; shears are tried only where the plain H3 might itself enter the

@@ -169,7 +169,13 @@ static void choose_base(rim_select *e) {
 }
 
 /* The ring's slots inside the base interval. */
-static uint32_t fill_mask(const rim_select *e, uint16_t *mask) {
+typedef struct base_mask {
+  const uint16_t *slot;
+  uint32_t count;
+} base_mask;
+
+static base_mask mask_of_base(const rim_select *e) {
+  uint16_t *mask = (uint16_t *)select_at(e, e->mask_at);
   const uint8_t *base = select_row(e, 0) + e->base_feature;
   const uint32_t bins = e->bins, first = e->base_first, last = e->base_last;
   const uint32_t held = e->held, features = e->features;
@@ -179,7 +185,7 @@ static uint32_t fill_mask(const rim_select *e, uint16_t *mask) {
     if (bin >= first && bin <= last)
       mask[n++] = (uint16_t)slot;
   }
-  return n;
+  return (base_mask){mask, n};
 }
 
 /* Of the ring's observations in bins; residuals in steps: |s| below 4096 * 32768 = 2^27. `most`: no
@@ -252,12 +258,6 @@ static found conditional(rim_select *e, const histogram *h, double asked, double
     return (found){least, 0, 0};
   return best_of(state, h, rimi_max(least, 0.0));
 }
-
-/* The ring's slots inside the base interval. */
-typedef struct base_mask {
-  const uint16_t *slot;
-  uint32_t count;
-} base_mask;
 
 /* At most PACKED_MAX of them, from one on. */
 static base_mask part_of(base_mask mask, uint32_t from) {
@@ -467,12 +467,11 @@ static uint32_t try_edges(rim_select *e, base_mask mask, uint32_t budget) {
 }
 
 void rimi_select_sweep(rim_select *e, uint32_t budget) {
-  uint16_t *slots = (uint16_t *)select_at(e, e->mask_at);
   uint32_t done = 0;
   for (uint32_t bases = 0; bases < BASES_A_UNIT && done < budget; ++bases) {
     if (e->next_feature >= e->features)
       choose_base(e);
-    const base_mask mask = {slots, fill_mask(e, slots)};
+    const base_mask mask = mask_of_base(e);
     while (e->next_feature < e->features && done < budget)
       done += try_edges(e, mask, budget - done);
   }
