@@ -90,12 +90,12 @@ typedef struct rim_monitor_health {
                 (size_t)(terms) + ((size_t)(terms) + 3u) / 4u + 112u + 20u * (size_t)(outcomes)))
 /* Bytes, at most, for a monitor of an image whose rows bring predictions; a constant expression. */
 #define RIM_MONITOR_SIZE(features, outcomes, region_features, ring, bins, grid, pairs)             \
-  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, 0, 0) + 2200u +            \
+  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, 0, 0) + 1688u +            \
    (size_t)(outcomes) * (56u + 8u * (size_t)(region_features)) + 8u * (size_t)(region_features) +  \
    (size_t)(region_features) * (size_t)(bins) * (4u * (size_t)(outcomes) + 2u) +                   \
-   (size_t)(ring) * (4u + (size_t)(region_features) + 2u * (size_t)(outcomes)) +                   \
+   (size_t)(ring) * (((size_t)(region_features) + 7u) / 4u * 4u + 2u * (size_t)(outcomes)) +        \
    2u * (size_t)(grid) * (size_t)(grid) +                                                          \
-   (size_t)(pairs) * (6u * (size_t)(grid) * ((size_t)(grid) + 1u) + 1032u))
+   (size_t)(pairs) * (4u * (size_t)(grid) * ((size_t)(grid) + 1u) + 712u))
 /* Bytes, at most, for a monitor of an image with section NOISE: fields and means as there. */
 #define RIM_MONITOR_TRAINED_SIZE(features, outcomes, region_features, ring, filters, terms,        \
                                  fields, means)                                                    \

@@ -54,43 +54,66 @@ void rimi_bins_halve(const rim_bins *table) {
     table->count[i] = (uint16_t)(table->count[i] / 2u);
 }
 
-void rimi_grid_clear(const rim_grid *table) {
-  memset(table->sum, 0, RIM_GRID_SUM_BYTES(table->grid));
-  memset(table->count, 0, RIM_GRID_COUNT_BYTES(table->grid));
+/* |units| of a row; what a cell holds is 65536 times that, and so is what it is compared with. */
+#define GRID_MOST 16383
+
+static uint32_t unit_shift(const rim_grid *table) {
+  return *table->shift <= RIM_GRID_MOST_SHIFT ? *table->shift : RIM_GRID_MOST_SHIFT; /* an upset */
 }
 
-void rimi_grid_add(const rim_grid *table, uint16_t row, uint16_t column, double residual) {
-  const size_t base = (size_t)row * (table->grid + 1u);
-  for (size_t k = column + 1u; k <= table->grid; ++k) {
-    table->sum[base + k] = (float)((double)table->sum[base + k] + residual);
-    ++table->count[base + k];
+static int32_t units_of(uint32_t cell) { return (int32_t)((cell + 0x80000000u) >> 16) - 0x8000; }
+
+static uint32_t cell_of(int32_t units, uint32_t count) { return (uint32_t)units * 65536u + count; }
+
+void rimi_grid_clear(const rim_grid *table, uint32_t steps) {
+  memset(table->cell, 0, RIM_GRID_BYTES(table->grid));
+  *table->shift = RIM_GRID_LEAST_SHIFT;
+  while (*table->shift < RIM_GRID_MOST_SHIFT && steps >> *table->shift > GRID_MOST / 2)
+    ++*table->shift;
+}
+
+int32_t rimi_grid_units(const rim_grid *table, int32_t steps) {
+  const int32_t unit = (int32_t)1 << unit_shift(table);
+  return (steps >= 0 ? steps + unit / 2 : steps - unit / 2) / unit;
+}
+
+int32_t rimi_grid_steps(const rim_grid *table, int32_t units) {
+  return units * ((int32_t)1 << unit_shift(table));
+}
+
+static void halve_sums(const rim_grid *table, uint32_t halved_counts) {
+  const size_t cells = (size_t)table->grid * (table->grid + 1u);
+  for (size_t i = 0; i < cells; ++i) {
+    const uint32_t cell = table->cell[i];
+    table->cell[i] = cell_of(units_of(cell) / 2, (cell & 0xffffu) >> halved_counts);
   }
 }
 
-void rimi_grid_put(const rim_grid *table, uint16_t row, uint16_t column, double residual) {
-  const size_t cell = (size_t)row * (table->grid + 1u) + column + 1u;
-  table->sum[cell] = (float)((double)table->sum[cell] + residual);
-  ++table->count[cell];
+bool rimi_grid_add(const rim_grid *table, uint32_t row, uint32_t column, int32_t units) {
+  uint32_t *cell = table->cell + (size_t)row * (table->grid + 1u);
+  int32_t largest = 0;
+  for (uint32_t k = column + 1u; k <= table->grid; ++k) {
+    cell[k] += cell_of(units, 1u);
+    const int32_t sum = units_of(cell[k]);
+    largest = sum > largest ? sum : -sum > largest ? -sum : largest;
+  }
+  if (largest <= GRID_MOST || *table->shift >= RIM_GRID_MOST_SHIFT)
+    return false;
+  ++*table->shift;
+  halve_sums(table, 0);
+  return true;
+}
+
+void rimi_grid_put(const rim_grid *table, uint32_t row, uint32_t column, int32_t units) {
+  table->cell[(size_t)row * (table->grid + 1u) + column + 1u] += cell_of(units, 1u);
 }
 
 void rimi_grid_accumulate(const rim_grid *table) {
   for (size_t row = 0; row < table->grid; ++row) {
-    const size_t base = row * (table->grid + 1u);
-    double s = 0.0;
-    uint32_t n = 0;
-    for (size_t k = 1; k <= table->grid; ++k) {
-      s += (double)table->sum[base + k];
-      n += table->count[base + k];
-      table->sum[base + k] = (float)s;
-      table->count[base + k] = (uint16_t)n;
-    }
+    uint32_t *cell = table->cell + row * (table->grid + 1u);
+    for (size_t k = 1; k <= table->grid; ++k)
+      cell[k] += cell[k - 1u];
   }
 }
 
-void rimi_grid_halve(const rim_grid *table) {
-  const size_t cells = (size_t)table->grid * (table->grid + 1u);
-  for (size_t i = 0; i < cells; ++i) {
-    table->sum[i] *= 0.5f;
-    table->count[i] = (uint16_t)(table->count[i] / 2u);
-  }
-}
+void rimi_grid_halve(const rim_grid *table) { halve_sums(table, 1u); }

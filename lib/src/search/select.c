@@ -56,15 +56,24 @@ static size_t pair_bytes(bool small) {
 static size_t cell_bytes(bool small, size_t grid) {
   return small ? 0u : RIM_SELECT_ROUND8(2u * grid * grid);
 }
+static uint32_t in_word(bool small) { return small ? SMALL_IN_WORD : LEVELS_IN_WORD; }
+static size_t row_bytes(bool small, size_t features) {
+  return 4u * ((features + in_word(small) - 1u) / in_word(small));
+}
 static size_t link_bytes(bool small, size_t ring) {
   return small ? 0u : RIM_SELECT_ROUND8(2u * ring);
+}
+
+static size_t ring_bytes(bool small, const rim_select_config *c) {
+  return RIM_SELECT_ROUND8(c->ring * row_bytes(small, c->features));
 }
 
 static size_t size_of(const rim_select_config *c) {
   const size_t most =
       RIM_SELECT_SIZE(c->features, c->channels, c->ring, c->bins, c->grid, c->pairs);
   const size_t unused = cell_bytes(false, c->grid) - cell_bytes(c->small, c->grid) +
-                        link_bytes(false, c->ring) - link_bytes(c->small, c->ring);
+                        link_bytes(false, c->ring) - link_bytes(c->small, c->ring) +
+                        ring_bytes(false, c) - ring_bytes(c->small, c);
   return most - unused - c->pairs * (RIM_SELECT_PAIR_BYTES - pair_bytes(c->small));
 }
 
@@ -87,7 +96,7 @@ static void lay_out(rim_select *e) {
   e->count_at = (uint32_t)at;
   at += RIM_SELECT_ROUND8(2u * d * e->bins);
   e->ring_at = (uint32_t)at;
-  at += RIM_SELECT_ROUND8(e->ring * d);
+  at += RIM_SELECT_ROUND8((size_t)e->ring * 4u * e->words);
   e->residual_at = (uint32_t)at;
   at += RIM_SELECT_ROUND8(2u * e->ring * channels);
   e->mask_at = (uint32_t)at;
@@ -140,12 +149,15 @@ rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
   e->moves = c.moves;
   e->small = c.small;
   e->chains = (uint16_t)chains_of(c.small);
+  e->level_bits = c.small ? SMALL_LEVEL_BITS : LEVEL_BITS;
+  e->in_word = (uint8_t)in_word(c.small);
+  e->words = (uint16_t)(row_bytes(c.small, c.features) / 4u);
   e->seed = c.seed;
   lay_out(e);
   set_penalties(e);
   for (uint32_t k = 0; k <= SELECT_ROOTS; ++k) {
     const double z = (double)k / (double)SELECT_ROOTS;
-    e->root[k] = (float)rimi_sqrt(1.0 - z * z);
+    e->root[k] = (uint16_t)((double)SELECT_ROOT_ONE * rimi_sqrt(1.0 - z * z) + 0.5);
   }
   for (uint32_t i = 0; i < c.channels; ++i) {
     channel_state *state = select_channel(e, i);
@@ -254,6 +266,24 @@ static void halve(rim_select *e) {
   }
 }
 
+/* Into the ring; and each feature's bin. */
+static void keep_levels(rim_select *e, uint32_t slot, const double *u, uint8_t *bin) {
+  uint32_t *row = select_row(e, slot);
+  memset(row, 0, 4u * (size_t)e->words);
+  uint32_t word = 0;
+  uint32_t shift = 0;
+  for (uint32_t f = 0; f < e->features; ++f) {
+    const uint32_t byte = rimi_bins_cell(u[f], 256);
+    bin[f] = (uint8_t)((byte * e->bins) >> 8);
+    row[word] |= (byte >> (8u - e->level_bits)) << shift;
+    shift += e->level_bits;
+    if (shift == e->level_bits * (uint32_t)e->in_word) {
+      shift = 0;
+      ++word;
+    }
+  }
+}
+
 rim_status rimi_select_observe(rim_select *e, const double *u, const double *r) {
   if (e == NULL || u == NULL || r == NULL)
     return RIM_E_ARGUMENT;
@@ -267,11 +297,7 @@ rim_status rimi_select_observe(rim_select *e, const double *u, const double *r) 
     rimi_select_pool_forget(e, slot);
   uint8_t bin[RIM_SELECT_MAX_FEATURES];
   float residual[RIM_SELECT_MAX_CHANNELS];
-  uint8_t *row = select_row(e, slot);
-  for (uint32_t f = 0; f < e->features; ++f) {
-    row[f] = (uint8_t)rimi_bins_cell(u[f], 256);
-    bin[f] = (uint8_t)(((uint32_t)row[f] * e->bins) >> 8);
-  }
+  keep_levels(e, slot, u, bin);
   int16_t *stored = select_residual(e, slot);
   for (uint32_t c = 0; c < e->channels; ++c) {
     stored[c] = quantised(r[c]);
@@ -324,10 +350,10 @@ static uint32_t earliest_inside(const rim_select *e, const rim_candidate *candid
   memset(u, 0, sizeof u);
   uint32_t slot = e->held < e->ring ? 0u : e->head;
   for (uint32_t i = 0; i < e->held; ++i) {
-    const uint8_t *row = select_row(e, slot);
     for (uint32_t k = 0; k < candidate->dims; ++k) {
       const uint16_t f = candidate->region.unit.feature[k];
-      u[f] = ((double)row[f] + 0.5) / 256.0;
+      const ring_column levels = select_column(e, f);
+      u[f] = ((double)select_byte(&levels, slot) + 0.5) / 256.0;
     }
     if (rimi_unit_region_contains(&candidate->region, u))
       return index_of(e, slot);
@@ -344,15 +370,15 @@ static void interval_region(const rim_select *e, uint16_t feature, const slice *
 }
 
 static void ellipse_region(const pair_state *p, const ellipse *shape, rim_region *region) {
-  const double a = (double)shape->a;
-  const double b = (double)shape->b;
-  const double c = (double)shape->c;
+  const double a = (double)shape->a / SELECT_ONE;
+  const double b = (double)shape->b / SELECT_ONE;
+  const double c = (double)shape->c / SELECT_ONE;
   memset(region, 0, sizeof *region);
   region->dims = 2;
   region->feature[0] = p->x;
   region->feature[1] = p->y;
-  region->center[0] = (double)shape->cx;
-  region->center[1] = (double)shape->cy;
+  region->center[0] = (double)shape->cx / SELECT_ONE;
+  region->center[1] = (double)shape->cy / SELECT_ONE;
   /* (x, y) = centre + (b z1 + c z2, a z1): A^-1 = L^-T L^-1 */
   region->inverse_shape[0] = 1.0 / (c * c);
   region->inverse_shape[1] = -b / (a * c * c);

@@ -6,7 +6,8 @@
  *   - 1-D tables of every feature, bin and channel (search/bins.h) over everything seen; beyond
  *   60000
  *     observations what is older weighs one half, then a quarter...;
- *   - a ring of the latest observations, features as bytes, to backfill what the search turns to;
+ *   - a ring of the latest observations, features in 256 levels (32 in the small profile), to
+ *     backfill what the search turns to;
  *   - the best interval of every (feature, channel), rescanned round robin (App. A, p. 115);
  *   - an edge sweep: a strong interval as a mask, and the exact conditional interval of each other
  *     feature: H3 (eq. 4.5, p. 52). Where H3 comes near what the pool holds, also intervals of the
@@ -106,23 +107,23 @@ typedef struct rim_select_effort {
 
 typedef struct rim_select rim_select;
 
-#define RIM_SELECT_HEADER_BYTES 2048u /* at least the private header; checked in select.c */
+#define RIM_SELECT_HEADER_BYTES 1536u /* at least the private header; checked in select.c */
 #define RIM_SELECT_ROUND8(bytes) ((((size_t)(bytes)) + 7u) / 8u * 8u)
-#define RIM_SELECT_PAIR_BYTES 1024u
+#define RIM_SELECT_PAIR_BYTES 704u
 /* Bytes of one engine, at most: the small profile needs less, see rimi_select_size(). A constant
  * expression. Every argument explicit (not 0). */
 #define RIM_SELECT_SIZE(features, channels, ring, bins, grid, pairs)                               \
   (RIM_SELECT_HEADER_BYTES +                                                                       \
    RIM_SELECT_ROUND8(4u * (size_t)(features) * (size_t)(bins) * (size_t)(channels)) +              \
    RIM_SELECT_ROUND8(2u * (size_t)(features) * (size_t)(bins)) +                                   \
-   RIM_SELECT_ROUND8((size_t)(ring) * (size_t)(features)) +                                        \
+   RIM_SELECT_ROUND8((size_t)(ring)*4u * (((size_t)(features) + 3u) / 4u)) +                       \
    RIM_SELECT_ROUND8((size_t)(ring)*2u * (size_t)(channels)) +                                     \
    RIM_SELECT_ROUND8((size_t)(ring)*2u) +                                                          \
    RIM_SELECT_ROUND8((size_t)(features) * (size_t)(channels)*8u) +                                 \
    RIM_SELECT_ROUND8((size_t)(channels)*48u) + RIM_SELECT_ROUND8((size_t)(ring)*2u) +              \
    RIM_SELECT_ROUND8(2u * (size_t)(grid) * (size_t)(grid)) +                                       \
    (size_t)(pairs) *                                                                               \
-       (RIM_SELECT_ROUND8(6u * (size_t)(grid) * ((size_t)(grid) + 1u)) + RIM_SELECT_PAIR_BYTES))
+       (RIM_SELECT_ROUND8(4u * (size_t)(grid) * ((size_t)(grid) + 1u)) + RIM_SELECT_PAIR_BYTES))
 
 /* The configuration with the defaults instead of zeros. Nothing is checked. */
 rim_select_config rimi_select_filled(const rim_select_config *config);

@@ -16,12 +16,12 @@ uint32_t rimi_select_held(const rim_select *e) { return e->held; }
 uint32_t rimi_select_next_slot(const rim_select *e) { return e->head; }
 
 uint32_t rimi_select_slot_sum(const rim_select *e, uint32_t slot) {
-  const uint32_t sum = rimi_byte_sum(slot + 1u, select_row(e, slot), e->features);
+  const uint32_t sum = rimi_byte_sum(slot + 1u, select_row(e, slot), 4u * (size_t)e->words);
   return rimi_byte_sum(sum, select_residual(e, slot), 2u * (size_t)e->channels);
 }
 
 uint32_t rimi_select_tables_sum(const rim_select *e) {
-  return rimi_word_sum(0, e->root, SELECT_ROOTS + 1u);
+  return rimi_word_sum(0, e->root, sizeof e->root / 4u);
 }
 
 bool rimi_select_bins_hold(const rim_select *e, uint32_t feature) {

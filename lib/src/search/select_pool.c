@@ -6,20 +6,22 @@
 #include "base/real.h"
 #include "search/select_private.h"
 
-#define MIN_N 3.0f         /* observations that an ellipse must hold */
-#define CENTER_MARGIN 0.5f /* centres may lie so far outside the range: its edge cuts regions */
-#define MIN_AXIS 0.03f
-#define MAX_AXIS 1.5f
-#define LAG 6.0      /* nats behind the best at which an ellipse restarts */
-#define CLOSE 15.0   /* nats behind the leader within which a pair is a rival */
-#define JITTER 0.012 /* width of the noise in a proposal */
+#define MIN_N 3.0f /* observations that an ellipse must hold */
+#define LAG 6.0    /* nats behind the best at which an ellipse restarts */
+#define CLOSE 15.0 /* nats behind the leader within which a pair is a rival */
+/* In units of 1 / SELECT_ONE, as ellipses are. */
+#define CENTER_MARGIN 4096 /* centres may lie so far outside the range: its edge cuts regions */
+#define MIN_AXIS 246       /* .03 */
+#define MAX_AXIS 12288     /* 1.5 */
+#define JITTER 98          /* .012: width of the noise in a proposal */
 
 static double unit(rim_select *e) { return (double)rimi_rng_u32(&e->rng) * 0x1p-32; }
 
 static bool allowed(const ellipse *s) {
-  return s->cx > -CENTER_MARGIN && s->cx < 1.0f + CENTER_MARGIN && s->cy > -CENTER_MARGIN &&
-         s->cy < 1.0f + CENTER_MARGIN && s->a > MIN_AXIS && s->a < MAX_AXIS && s->c > MIN_AXIS &&
-         s->c < MAX_AXIS && s->b > -MAX_AXIS && s->b < MAX_AXIS;
+  const int32_t end = (int32_t)SELECT_ONE + CENTER_MARGIN;
+  return s->cx > -CENTER_MARGIN && s->cx < end && s->cy > -CENTER_MARGIN && s->cy < end &&
+         s->a > MIN_AXIS && s->a < MAX_AXIS && s->c > MIN_AXIS && s->c < MAX_AXIS &&
+         s->b > -MAX_AXIS && s->b < MAX_AXIS;
 }
 
 typedef struct spans {
@@ -33,43 +35,77 @@ static uint32_t clamped_cell(double position, double grid) {
   return (uint32_t)(position < grid ? position : grid);
 }
 
-/* An ellipse in units of cells, as the row loop wants it. */
-typedef struct scaled {
-  double cx, cy, b, c, inverse_a;
-} scaled;
+#define CELL 65536     /* of a column, */
+#define HALF_CELL 4096 /* of a half width, */
+#define HEIGHT                                                                                     \
+  (1 << 20) /* and of z, which is -1 at the lower end of an ellipse and 1 at the upper */
+#define HEIGHT_SHIFT 12u /* HEIGHT / SELECT_ROOTS */
 
-static scaled scale_to_grid(const rim_select *e, const ellipse *s) {
-  const double grid = (double)e->grid;
-  return (scaled){(double)s->cx * grid + 0.5, (double)s->cy * grid - 0.5, (double)s->b * grid,
-                  (double)s->c * grid, 1.0 / ((double)s->a * grid)};
+/* An ellipse, row by row of the grid from first to end - 1, in integers. */
+typedef struct walk {
+  uint32_t first, end;
+  int32_t z, to_next; /* of the row whose turn it is */
+  int32_t middle, middle_to_next;
+  uint32_t half;
+} walk;
+
+/* Nothing of an ellipse that is not allowed, which an upset may have left. Each number below fits
+ * for those that are: |middle| < 64 * 3 cells, to_next < 2^20 / .24. */
+static walk walk_over(const rim_select *e, const ellipse *s) {
+  walk w = {.first = 0, .end = 0};
+  if (!allowed(s))
+    return w;
+  const double cells = (double)e->grid / SELECT_ONE;
+  const double a = (double)s->a * cells;
+  const double cy = (double)s->cy * cells - 0.5;
+  w.first = clamped_cell(cy + 1.0 - a, (double)e->grid);
+  w.end = clamped_cell(cy + 1.0 + a, (double)e->grid);
+  const double inverse = 1.0 / a;
+  const double z = ((double)w.first - cy) * inverse;
+  const double slope = (double)s->b * cells * CELL;
+  w.z = (int32_t)(z * HEIGHT);
+  w.to_next = (int32_t)(inverse * HEIGHT);
+  w.middle = (int32_t)(((double)s->cx * cells + 0.5) * CELL + slope * z);
+  w.middle_to_next = (int32_t)(slope * inverse);
+  w.half = (uint32_t)((double)s->c * cells * HALF_CELL);
+  return w;
 }
 
-/* The columns low..high - 1 of a row whose cell centres lie in the ellipse. */
-static void span_of_row(const rim_select *e, const scaled *s, uint32_t row, uint32_t *low,
-                        uint32_t *high) {
-  const double z = ((double)row - s->cy) * s->inverse_a;
-  const double position = rimi_abs(z) * (double)SELECT_ROOTS + 0.5;
-  if (!(position < (double)SELECT_ROOTS)) {
+static uint32_t column_of(int32_t position, uint32_t grid) {
+  if (position <= 0)
+    return 0;
+  const uint32_t cell = (uint32_t)position / CELL;
+  return cell < grid ? cell : grid;
+}
+
+/* The columns low..high - 1 of the row whose cell centres lie in the ellipse. */
+static inline void span_of_row(const rim_select *e, const walk *w, uint32_t *low, uint32_t *high) {
+  const uint32_t height = (uint32_t)(w->z < 0 ? -w->z : w->z);
+  const uint32_t position = (height + (1u << HEIGHT_SHIFT) / 2u) >> HEIGHT_SHIFT;
+  if (position >= SELECT_ROOTS) {
     *low = 0;
     *high = 0;
     return;
   }
-  const double half = s->c * (double)e->root[(uint32_t)position];
-  const double middle = s->cx + s->b * z;
-  *low = clamped_cell(middle - half, (double)e->grid);
-  *high = clamped_cell(middle + half, (double)e->grid);
+  const int32_t half = (int32_t)((w->half * e->root[position]) >> 8);
+  *low = column_of(w->middle - half, e->grid);
+  *high = column_of(w->middle + half, e->grid);
+}
+_Static_assert(HALF_CELL *SELECT_ROOT_ONE == CELL << 8, "span_of_row");
+
+static inline void next_row(walk *w) {
+  w->z += w->to_next;
+  w->middle += w->middle_to_next;
 }
 
 static void find_spans(const rim_select *e, const ellipse *shape, spans *out) {
-  const double grid = (double)e->grid;
-  const scaled s = scale_to_grid(e, shape);
-  const double a = (double)shape->a * grid;
-  out->first = clamped_cell(s.cy + 1.0 - a, grid);
-  out->last = clamped_cell(s.cy + 1.0 + a, grid);
-  for (uint32_t row = out->first; row < out->last; ++row) {
+  walk w = walk_over(e, shape);
+  out->first = w.first;
+  out->last = w.end;
+  for (uint32_t row = w.first; row < w.end; ++row, next_row(&w)) {
     uint32_t low;
     uint32_t high;
-    span_of_row(e, &s, row, &low, &high);
+    span_of_row(e, &w, &low, &high);
     out->low[row] = (uint8_t)low;
     out->high[row] = (uint8_t)high;
   }
@@ -77,23 +113,40 @@ static void find_spans(const rim_select *e, const ellipse *shape, spans *out) {
 
 static bool cell_in_ellipse(const rim_select *e, const ellipse *shape, uint32_t row,
                             uint32_t column) {
-  const scaled s = scale_to_grid(e, shape);
+  walk w = walk_over(e, shape);
+  if (row < w.first || row >= w.end)
+    return false;
+  w.z += w.to_next * (int32_t)(row - w.first);
+  w.middle += w.middle_to_next * (int32_t)(row - w.first);
   uint32_t low;
   uint32_t high;
-  span_of_row(e, &s, row, &low, &high);
+  span_of_row(e, &w, &low, &high);
   return column >= low && column < high;
 }
 
-static void sum_grid(const rim_grid *grid, const spans *cells, chain *k) {
-  double s = 0.0;
-  uint32_t n = 0;
-  for (uint32_t row = cells->first; row < cells->last; ++row) {
-    const size_t base = (size_t)row * (grid->grid + 1u);
-    s += (double)grid->sum[base + cells->high[row]] - (double)grid->sum[base + cells->low[row]];
-    n += (uint32_t)grid->count[base + cells->high[row]] - grid->count[base + cells->low[row]];
+static float in_sd(const rim_grid *grid, int32_t units) {
+  return (float)((double)rimi_grid_steps(grid, units) * SELECT_RESIDUAL_STEP);
+}
+
+/* Stage 1: on the grid. */
+static void evaluate_grid(rim_select *e, uint32_t pair, chain *k) {
+  const rim_grid grid = select_grid(e, pair);
+  walk w = walk_over(e, &k->shape);
+  const uint32_t *row = grid.cell + (size_t)w.first * (grid.grid + 1u);
+  int32_t units = 0;
+  uint32_t count = 0;
+  for (uint32_t left = w.end - w.first; left > 0; --left, next_row(&w)) {
+    uint32_t low;
+    uint32_t high;
+    span_of_row(e, &w, &low, &high);
+    rimi_grid_span(row, low, high, &units, &count);
+    row += grid.grid + 1u;
   }
-  k->grid_s = (float)s;
-  k->grid_n = (float)n;
+  k->grid_s = in_sd(&grid, units);
+  k->grid_n = (float)count;
+  k->s = k->grid_s;
+  k->n = k->grid_n;
+  ++e->effort.moves;
 }
 
 static bool cell_inside(const spans *cells, uint32_t row, uint32_t column) {
@@ -101,11 +154,15 @@ static bool cell_inside(const spans *cells, uint32_t row, uint32_t column) {
          column < cells->high[row];
 }
 
+static bool unit_point_inside(const ellipse *s, double x, double y) {
+  const double v = (y * SELECT_ONE - (double)s->cy) / (double)s->a;
+  const double h = (x * SELECT_ONE - (double)s->cx - (double)s->b * v) / (double)s->c;
+  return v * v + h * h < 1.0;
+}
+
 /* Stage 2 for one point, by its bytes. */
 static bool point_inside(const ellipse *s, uint32_t x, uint32_t y) {
-  const double v = (((double)y + 0.5) / 256.0 - (double)s->cy) / (double)s->a;
-  const double h = (((double)x + 0.5) / 256.0 - (double)s->cx - (double)s->b * v) / (double)s->c;
-  return v * v + h * h < 1.0;
+  return unit_point_inside(s, ((double)x + 0.5) / 256.0, ((double)y + 0.5) / 256.0);
 }
 
 /* Where the boundary may cut cells of a row: columns left[0]..left[1] and right[0]..right[1]. */
@@ -157,11 +214,12 @@ static windows windows_of(const spans *cells, int32_t row, int32_t columns) {
 /* Adds to a cell's verdict what its points of the ring say of themselves. */
 static void correct_cell(const rim_select *e, const pair_state *p, const ellipse *shape,
                          uint32_t newest, bool coarse, int32_t *s, int32_t *n) {
+  const ring_column x = select_column(e, p->x);
+  const ring_column y = select_column(e, p->y);
   uint32_t left = e->held; /* an upset may close a list to a ring, or lead out of it */
   for (uint32_t next = newest; next - 1u < e->ring && left-- > 0;
        next = *select_link(e, next - 1u)) {
-    const uint8_t *row = select_row(e, next - 1u);
-    const bool exact = point_inside(shape, row[p->x], row[p->y]);
+    const bool exact = point_inside(shape, select_byte(&x, next - 1u), select_byte(&y, next - 1u));
     if (exact == coarse)
       continue;
     const int32_t r = select_residual(e, next - 1u)[p->channel];
@@ -172,15 +230,16 @@ static void correct_cell(const rim_select *e, const pair_state *p, const ellipse
 
 /* Stage 2, for the leader: points of the ring in cells that the boundary may cut count by their own
  * coordinates. */
-static void correct_by_ring(const rim_select *e, const pair_state *p, const spans *cells,
-                            chain *k) {
+static void correct_by_ring(const rim_select *e, const pair_state *p, chain *k) {
+  spans cells;
+  find_spans(e, &k->shape, &cells);
   const int32_t rows = e->grid;
-  const int32_t first = (int32_t)cells->first;
-  const int32_t last = (int32_t)cells->last;
+  const int32_t first = (int32_t)cells.first;
+  const int32_t last = (int32_t)cells.last;
   int32_t s = 0;
   int32_t n = 0;
   for (int32_t row = first > 0 ? first - 1 : 0; first < last && row <= last && row < rows; ++row) {
-    const windows w = windows_of(cells, row, rows);
+    const windows w = windows_of(&cells, row, rows);
     const uint16_t *cell = select_cell(e, (uint32_t)row, 0);
     for (int32_t c = w.left[0]; c <= w.right[1]; ++c) {
       if (c > w.left[1] && c < w.right[0])
@@ -194,21 +253,38 @@ static void correct_by_ring(const rim_select *e, const pair_state *p, const span
   k->n = (float)((double)k->grid_n + (double)n);
 }
 
+/* A point of the ring, as the grid and the ellipses of a pair see it. */
+typedef struct point {
+  uint32_t x, y; /* bytes */
+  uint32_t column, row;
+  int32_t residual; /* steps */
+} point;
+
+static uint32_t grid_cell(const rim_select *e, uint32_t byte) { return (byte * e->grid) >> 8; }
+
+static point point_of(const rim_select *e, const pair_state *p, uint32_t slot) {
+  const ring_column x = select_column(e, p->x);
+  const ring_column y = select_column(e, p->y);
+  point at = {.x = select_byte(&x, slot), .y = select_byte(&y, slot)};
+  at.column = grid_cell(e, at.x);
+  at.row = grid_cell(e, at.y);
+  at.residual = select_residual(e, slot)[p->channel];
+  return at;
+}
+
 /* What stages 1 and 2 say of one point. */
 static void judge_point(const rim_select *e, const pair_state *p, const ellipse *shape,
-                        const uint8_t *point, bool *coarse, bool *fine) {
-  const uint32_t x = point[p->x];
-  const uint32_t y = point[p->y];
-  const int32_t row = (int32_t)((y * e->grid) >> 8);
-  const int32_t column = (int32_t)((x * e->grid) >> 8);
+                        const point *at, bool *coarse, bool *fine) {
   if (!p->exact) {
-    *coarse = cell_in_ellipse(e, shape, (uint32_t)row, (uint32_t)column);
+    *coarse = cell_in_ellipse(e, shape, at->row, at->column);
     *fine = *coarse;
     return;
   }
+  const int32_t row = (int32_t)at->row;
+  const int32_t column = (int32_t)at->column;
   spans cells;
   find_spans(e, shape, &cells);
-  *coarse = cell_inside(&cells, (uint32_t)row, (uint32_t)column);
+  *coarse = cell_inside(&cells, at->row, at->column);
   *fine = *coarse;
   if (cells.first >= cells.last || row + 1 < (int32_t)cells.first || row > (int32_t)cells.last) {
     return;
@@ -217,7 +293,7 @@ static void judge_point(const rim_select *e, const pair_state *p, const ellipse 
   const bool left = column >= w.left[0] && column <= w.left[1];
   const bool right = column >= w.right[0] && column <= w.right[1];
   if (left || right)
-    *fine = point_inside(shape, x, y);
+    *fine = point_inside(shape, at->x, at->y);
 }
 
 static float ln_anom_of(const rim_select *e, uint32_t channel, float s, float n) {
@@ -248,52 +324,53 @@ float rimi_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which)
   return p->best;
 }
 
-/* Stage 1: on the grid. Returns the spans for stage 2. */
-static void evaluate_grid(rim_select *e, uint32_t pair, chain *k, spans *cells) {
-  const rim_grid grid = select_grid(e, pair);
-  find_spans(e, &k->shape, cells);
-  sum_grid(&grid, cells, k);
-  k->s = k->grid_s;
-  k->n = k->grid_n;
-  ++e->effort.moves;
+static void evaluate(rim_select *e, uint32_t pair, chain *k) {
+  const pair_state *p = select_pair(e, pair);
+  evaluate_grid(e, pair, k);
+  if (p->exact)
+    correct_by_ring(e, p, k);
 }
 
-static void evaluate(rim_select *e, uint32_t pair, chain *k) {
-  spans cells;
-  const pair_state *p = select_pair(e, pair);
-  evaluate_grid(e, pair, k, &cells);
-  if (p->exact)
-    correct_by_ring(e, p, &cells, k);
+static void add_to(float *sum, int32_t steps) {
+  *sum = (float)((double)*sum + (double)steps * SELECT_RESIDUAL_STEP);
+}
+
+/* Into its cell's list. */
+static void link_slot(rim_select *e, const point *at, uint32_t slot) {
+  uint16_t *cell = select_cell(e, at->row, at->column);
+  *select_link(e, slot) = *cell;
+  *cell = (uint16_t)(slot + 1u);
 }
 
 /* The observation in this slot is new: the grids and every ellipse that holds it gain it. */
 static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
   pair_state *p = select_pair(e, pair);
-  const uint8_t *point = select_row(e, slot);
-  const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
+  const point at = point_of(e, p, slot);
   p->judged = false;
-  const uint32_t row = ((uint32_t)point[p->y] * e->grid) >> 8;
-  const uint32_t column = ((uint32_t)point[p->x] * e->grid) >> 8;
   const rim_grid grid = select_grid(e, pair);
-  rimi_grid_add(&grid, (uint16_t)row, (uint16_t)column, r);
-  if (p->exact) {
-    uint16_t *cell = select_cell(e, row, column);
-    *select_link(e, slot) = *cell;
-    *cell = (uint16_t)(slot + 1u);
+  const int32_t units = rimi_grid_units(&grid, at.residual);
+  const int32_t of_grid = rimi_grid_steps(&grid, units);
+  const bool grown = rimi_grid_add(&grid, at.row, at.column, units);
+  if (p->exact)
+    link_slot(e, &at, slot);
+  if (grown) {
+    rimi_select_pool_refresh(e, pair);
+    return;
   }
   for (uint32_t i = 0; i < e->chains; ++i) {
     chain *k = &p->chain[i];
     bool coarse;
     bool fine;
-    judge_point(e, p, &k->shape, point, &coarse, &fine);
+    judge_point(e, p, &k->shape, &at, &coarse, &fine);
     if (coarse) {
-      k->grid_s = (float)((double)k->grid_s + r);
+      add_to(&k->grid_s, of_grid);
       k->grid_n += 1.0f;
     }
-    if (fine) {
-      k->s = (float)((double)k->s + r);
+    if (fine)
       k->n += 1.0f;
-    }
+    add_to(&k->s, (coarse ? of_grid : 0) + (fine == coarse ? 0
+                                            : fine         ? at.residual
+                                                           : -at.residual));
   }
 }
 
@@ -322,20 +399,16 @@ void rimi_select_pool_forget(rim_select *e, uint32_t slot) {
     if (!p->active || !p->exact)
       continue;
     p->judged = false;
-    const uint8_t *point = select_row(e, slot);
-    const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
-    unlink_slot(e,
-                select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
-                            ((uint32_t)point[p->x] * e->grid) >> 8),
-                slot);
+    const point at = point_of(e, p, slot);
+    unlink_slot(e, select_cell(e, at.row, at.column), slot);
     for (uint32_t j = 0; j < e->chains; ++j) {
       chain *k = &p->chain[j];
       bool coarse;
       bool fine;
-      judge_point(e, p, &k->shape, point, &coarse, &fine);
+      judge_point(e, p, &k->shape, &at, &coarse, &fine);
       if (fine == coarse)
         continue;
-      k->s = (float)((double)k->s + (coarse ? r : -r));
+      add_to(&k->s, coarse ? at.residual : -at.residual);
       k->n += coarse ? 1.0f : -1.0f;
     }
   }
@@ -345,11 +418,8 @@ void rimi_select_pool_forget(rim_select *e, uint32_t slot) {
 static void link_ring(rim_select *e, const pair_state *p) {
   memset(select_cell(e, 0, 0), 0, 2u * (size_t)e->grid * e->grid);
   for (uint32_t slot = 0; slot < e->held; ++slot) {
-    const uint8_t *point = select_row(e, slot);
-    uint16_t *cell = select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
-                                 ((uint32_t)point[p->x] * e->grid) >> 8);
-    *select_link(e, slot) = *cell;
-    *cell = (uint16_t)(slot + 1u);
+    const point at = point_of(e, p, slot);
+    link_slot(e, &at, slot);
   }
 }
 
@@ -364,27 +434,43 @@ static axes axes_of(const select_offer *offer) {
   return (axes){a, b, rimi_sqrt(rimi_max(offer->shape[0] - b * b, 1e-9))};
 }
 
+/* x SELECT_ONE, within -4 and 4. */
+static int16_t narrowed(double x) {
+  return (int16_t)rimi_clamp(x * SELECT_ONE, (double)INT16_MIN, (double)INT16_MAX);
+}
+
 /* An ellipse like the offered one, scattered about it. */
 static ellipse scattered(rim_select *e, const select_offer *offer, const axes *like,
                          double scatter) {
   ellipse s;
-  s.cx = (float)(offer->center[0] + scatter * offer->half[0] * (unit(e) - 0.5));
-  s.cy = (float)(offer->center[1] + scatter * offer->half[1] * (unit(e) - 0.5));
-  s.c = (float)rimi_clamp(like->c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
-  s.a = (float)rimi_clamp(like->a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
-  s.b = (float)rimi_clamp(like->b + scatter * like->c * (unit(e) - 0.5), -0.95, 0.95);
+  s.cx = narrowed(offer->center[0] + scatter * offer->half[0] * (unit(e) - 0.5));
+  s.cy = narrowed(offer->center[1] + scatter * offer->half[1] * (unit(e) - 0.5));
+  s.c = narrowed(rimi_clamp(like->c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2));
+  s.a = narrowed(rimi_clamp(like->a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2));
+  s.b = narrowed(rimi_clamp(like->b + scatter * like->c * (unit(e) - 0.5), -0.95, 0.95));
   return s;
+}
+
+/* The largest sum of absolute residuals in a row of the grid, in steps. */
+static uint32_t largest_row(const rim_select *e, const pair_state *p) {
+  uint32_t steps[RIM_SELECT_MAX_GRID] = {0};
+  uint32_t largest = 0;
+  for (uint32_t slot = 0; slot < e->held; ++slot) {
+    const point at = point_of(e, p, slot);
+    steps[at.row] += (uint32_t)(at.residual < 0 ? -at.residual : at.residual);
+    if (steps[at.row] > largest)
+      largest = steps[at.row];
+  }
+  return largest;
 }
 
 static void backfill(rim_select *e, uint32_t pair) {
   const pair_state *p = select_pair(e, pair);
   const rim_grid grid = select_grid(e, pair);
-  rimi_grid_clear(&grid);
+  rimi_grid_clear(&grid, largest_row(e, p));
   for (uint32_t slot = 0; slot < e->held; ++slot) {
-    const uint8_t *row = select_row(e, slot);
-    rimi_grid_put(&grid, (uint16_t)(((uint32_t)row[p->y] * e->grid) >> 8),
-                  (uint16_t)(((uint32_t)row[p->x] * e->grid) >> 8),
-                  (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP);
+    const point at = point_of(e, p, slot);
+    rimi_grid_put(&grid, at.row, at.column, rimi_grid_units(&grid, at.residual));
   }
   rimi_grid_accumulate(&grid);
   ++e->effort.backfills;
@@ -517,10 +603,13 @@ static void draw_two(const rim_select *e, uint32_t k, uint32_t chance, uint32_t 
   *second = j;
 }
 
-/* x + gain (to - from) + noise: six bits of `noise` from `shift` on. */
-static float stepped(float x, double gain, float to, float from, uint32_t noise, uint32_t shift) {
-  const double jitter = JITTER * ((double)((noise >> shift) & 63u) / 63.0 - 0.5);
-  return (float)((double)x + gain * ((double)to - (double)from) + jitter);
+/* x + gain (to - from) + noise, gain in 1 / 32768 and six bits of `noise` from `shift` on. What does
+ * not fit is not allowed either. */
+static int16_t stepped(int32_t x, int32_t gain, int32_t to, int32_t from, uint32_t noise,
+                       uint32_t shift) {
+  const int32_t jitter = ((int32_t)(2u * ((noise >> shift) & 63u)) - 63) * JITTER / 126;
+  const int32_t y = x + gain * (to - from) / 32768 + jitter;
+  return (int16_t)(y < INT16_MIN ? INT16_MIN : y > INT16_MAX ? INT16_MAX : y);
 }
 
 /* Differential evolution: a step along the difference of two others, which has by itself the size
@@ -530,7 +619,8 @@ static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
   uint32_t j;
   const uint32_t word = rimi_rng_u32(&e->rng);
   draw_two(e, k, word & 0xfffu, &i, &j);
-  const double gain = (word & 0xf000u) == 0 ? 1.0 : 0.05 + 0.75 * (double)(word >> 16) * 0x1p-16;
+  /* .05 to .8 */
+  const int32_t gain = (word & 0xf000u) == 0 ? 32768 : 1638 + (int32_t)((word >> 16) * 3u / 8u);
   const ellipse *from = &p->chain[i].shape;
   const ellipse *to = &p->chain[j].shape;
   const uint32_t noise = rimi_rng_u32(&e->rng);
@@ -559,8 +649,7 @@ static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
   fresh.shape = proposed(e, p, k);
   if (!allowed(&fresh.shape))
     return;
-  spans cells;
-  evaluate_grid(e, pair, &fresh, &cells);
+  evaluate_grid(e, pair, &fresh);
   const double coarse = (double)ln_anom_of(e, p->channel, fresh.grid_s, fresh.grid_n) -
                         (double)ln_anom_of(e, p->channel, old->grid_s, old->grid_n);
   const bool climbs = k == 0;
@@ -571,7 +660,7 @@ static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
   }
   if (climbs ? coarse < -3.0 : !accepted(e, coarse))
     return;
-  correct_by_ring(e, p, &cells, &fresh);
+  correct_by_ring(e, p, &fresh);
   const double fine = (double)ln_anom(e, p, &fresh) - (double)ln_anom(e, p, old);
   if (climbs ? fine > 0.0 : accepted(e, fine - coarse))
     *old = fresh;
@@ -653,10 +742,7 @@ void rimi_select_pool_move(rim_select *e, uint32_t budget) {
 double rimi_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y) {
   double inside = 0.0;
   for (uint32_t k = 1; k < e->chains; ++k) {
-    const ellipse *s = &p->chain[k].shape;
-    const double v = (y - (double)s->cy) / (double)s->a;
-    const double h = (x - (double)s->cx - (double)s->b * v) / (double)s->c;
-    if (v * v + h * h < 1.0)
+    if (unit_point_inside(&p->chain[k].shape, x, y))
       inside += 1.0;
   }
   return inside / (double)(e->chains - 1u);

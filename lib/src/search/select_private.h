@@ -7,21 +7,27 @@
 #include "search/bins.h"
 #include "search/select.h"
 
-#define SELECT_ROOTS 256u                  /* table of sqrt(1 - (k/256)^2) */
-#define SELECT_RESIDUAL_STEP (1.0 / 512.0) /* of a ring residual: int16 covers +-64 */
+#define SELECT_ROOTS 256u                  /* table of sqrt(1 - (k/256)^2), */
+#define SELECT_ROOT_ONE 4096u              /* in these */
+#define SELECT_RESIDUAL_STEP RIM_GRID_STEP /* of a ring residual: int16 covers +-64 */
 
 /* What bounds a unit's work (monitor/work.h). */
 #define BASES_A_UNIT 3u /* masks made, each O(ring) */
 #define EDGE_BINS 16u   /* of a conditional interval */
 #define SHEARS 4u       /* further intervals of an edge that comes near, and one of the base */
 #define SELECT_EDGE_INTERVALS (1u + SHEARS + 1u) /* of such an edge */
-#define SELECT_AT_ONCE 4u /* edges whose rows are read together, and shears */
-#define ENTRIES_A_UNIT 2u /* pairs that may enter the pool, */
+#define SELECT_AT_ONCE 6u                        /* at most: edges whose rows are read together */
+#define ENTRIES_A_UNIT 2u                        /* pairs that may enter the pool, */
 /* The small profile, for small processors: one pair per unit enters, the best of those offered, and
  * in its unit no ellipse moves; shears are tried only where the plain H3 might itself enter the
  * pool; a pair has half of the ellipses, each moving twice as often; and the leader's ellipses keep
- * the grid's resolution instead of being corrected point by point. */
+ * the grid's resolution instead of being corrected point by point. Hence 32 levels of a feature are
+ * enough in the ring, six features to a word; else there are 256, four to a word. */
 #define SMALL_CHAINS 12u
+#define SMALL_LEVEL_BITS 5u
+#define SMALL_IN_WORD 6u
+#define LEVEL_BITS 8u
+#define LEVELS_IN_WORD 4u
 
 /* Best interval of a (channel, feature) slice when it was last scanned. */
 typedef struct slice {
@@ -41,10 +47,12 @@ typedef struct channel_state {
 } channel_state;
 
 /* Points with ((y - cy) / a)^2 + ((x - cx - b (y - cy) / a) / c)^2 < 1: (b, c; 0, a) is a Cholesky
- * factor of A in eq. 3.8, positive definite for any a, c > 0. */
+ * factor of A in eq. 3.8, positive definite for any a, c > 0. In units of 1 / SELECT_ONE of a
+ * feature's range. */
 typedef struct ellipse {
-  float cx, cy, a, b, c;
+  int16_t cx, cy, a, b, c;
 } ellipse;
+#define SELECT_ONE 8192.0
 
 typedef struct chain {
   ellipse shape;
@@ -55,11 +63,12 @@ typedef struct chain {
 typedef struct pair_state {
   uint16_t x, y, channel; /* features, x < y */
   uint8_t active;
-  uint8_t exact;   /* chains have statistics exact on the ring */
-  float h3;        /* latest H3 of this pair, nats */
-  uint16_t cursor; /* next chain to move */
-  uint8_t which;   /* chain with the best ln anom, */
-  bool judged;     /* which and best are those of the chains as they are */
+  uint8_t exact;      /* chains have statistics exact on the ring */
+  float h3;           /* latest H3 of this pair, nats */
+  uint16_t cursor;    /* next chain to move */
+  uint8_t which;      /* chain with the best ln anom, */
+  bool judged;        /* which and best are those of the chains as they are */
+  uint8_t grid_shift; /* rim_grid */
   float best;
   chain chain[RIM_SELECT_CHAINS];
 } pair_state;
@@ -84,7 +93,9 @@ struct rim_select {
   uint16_t entered; /* pairs that entered the pool in this unit */
   uint16_t base_feature, base_channel, next_feature;
   uint8_t base_first, base_last;
-  uint16_t chains; /* ellipses a pair in use */
+  uint16_t chains;             /* ellipses a pair in use */
+  uint8_t level_bits, in_word; /* of the ring */
+  uint16_t words;              /* of a row of the ring */
   uint32_t next_slice;
   uint32_t count; /* observations in the tables (halved with them) */
   uint32_t total; /* observations ever */
@@ -101,15 +112,15 @@ struct rim_select {
   bool small;
   rim_rng rng;
   uint64_t seed;
-  float root[SELECT_ROOTS + 1];
+  uint16_t root[SELECT_ROOTS + 2]; /* whole words */
   float scores[RIM_SELECT_MAX_CHANNELS];
 };
 
 static inline void *select_at(const rim_select *e, uint32_t offset) {
   return (void *)((uintptr_t)e + offset);
 }
-static inline uint8_t *select_row(const rim_select *e, uint32_t slot) {
-  return (uint8_t *)select_at(e, e->ring_at) + (size_t)slot * e->features;
+static inline uint32_t *select_row(const rim_select *e, uint32_t slot) {
+  return (uint32_t *)select_at(e, e->ring_at) + (size_t)slot * e->words;
 }
 static inline int16_t *select_residual(const rim_select *e, uint32_t slot) {
   return (int16_t *)select_at(e, e->residual_at) + (size_t)slot * e->channels;
@@ -128,10 +139,9 @@ static inline rim_bins select_bins(const rim_select *e) {
                     (uint16_t *)select_at(e, e->count_at)};
 }
 static inline rim_grid select_grid(const rim_select *e, uint32_t pair) {
-  const size_t bytes = RIM_SELECT_ROUND8(6u * (size_t)e->grid * ((size_t)e->grid + 1u));
-  uint8_t *base = (uint8_t *)select_at(e, e->grid_at) + pair * bytes;
-  return (rim_grid){e->grid, (float *)(void *)base,
-                    (uint16_t *)(void *)(base + RIM_GRID_SUM_BYTES(e->grid))};
+  const size_t bytes = RIM_SELECT_ROUND8(RIM_GRID_BYTES(e->grid));
+  return (rim_grid){e->grid, &select_pair(e, pair)->grid_shift,
+                    (uint32_t *)select_at(e, e->grid_at + (uint32_t)(pair * bytes))};
 }
 static inline uint16_t *select_cell(const rim_select *e, uint32_t row, uint32_t column) {
   return (uint16_t *)select_at(e, e->cell_at) + (size_t)row * e->grid + column;
@@ -141,6 +151,31 @@ static inline uint16_t *select_link(const rim_select *e, uint32_t slot) {
 }
 static inline double select_ln_anom(double s, double n, double a, double b) {
   return n > 0.0 ? s * s / (2.0 * n * (a + b * n)) : 0.0;
+}
+
+/* A feature in the ring: where its levels are. */
+typedef struct ring_column {
+  const uint32_t *word; /* of slot 0 */
+  uint32_t words;       /* from slot to slot */
+  uint32_t shift, mask; /* of a level */
+  uint32_t up;          /* from a level to a byte */
+} ring_column;
+
+static inline ring_column select_column(const rim_select *e, uint32_t feature) {
+  const uint32_t word = feature / e->in_word;
+  return (ring_column){select_row(e, 0) + word, e->words,
+                       (feature - word * e->in_word) * e->level_bits, (1u << e->level_bits) - 1u,
+                       8u - e->level_bits};
+}
+static inline uint32_t select_level(const ring_column *f, uint32_t slot) {
+  return (f->word[slot * f->words] >> f->shift) & f->mask;
+}
+/* The middle of a level, of 256. */
+static inline uint32_t select_middle(const ring_column *f, uint32_t level) {
+  return (level << f->up) + ((1u << f->up) >> 1);
+}
+static inline uint32_t select_byte(const ring_column *f, uint32_t slot) {
+  return select_middle(f, select_level(f, slot));
 }
 
 /* How much a channel's ln anom counts against other channels'. */

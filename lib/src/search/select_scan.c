@@ -16,7 +16,9 @@
 #define SHEAR_STEPS 64
 static const int32_t shears[SHEARS] = {32, -32, 64, -64};
 
-_Static_assert(SHEARS == SELECT_AT_ONCE, "packed_bins");
+_Static_assert(SHEARS <= SELECT_AT_ONCE && SMALL_IN_WORD <= SELECT_AT_ONCE &&
+                   LEVELS_IN_WORD <= SELECT_AT_ONCE,
+               "packed_bins");
 
 typedef struct prefix {
   double n[RIM_SELECT_MAX_BINS + 1];
@@ -174,15 +176,22 @@ typedef struct base_mask {
   uint32_t count;
 } base_mask;
 
+/* The lowest level whose bin is at least `bin`: of those up to it, one more than all. */
+static uint32_t level_of_bin(const ring_column *f, uint32_t bin, uint32_t bins) {
+  const uint32_t byte = (bin * 256u + bins - 1u) / bins;
+  const uint32_t middle = (1u << f->up) >> 1;
+  return byte <= middle ? 0u : (byte - middle + (1u << f->up) - 1u) >> f->up;
+}
+
 static base_mask mask_of_base(const rim_select *e) {
   uint16_t *mask = (uint16_t *)select_at(e, e->mask_at);
-  const uint8_t *base = select_row(e, 0) + e->base_feature;
-  const uint32_t bins = e->bins, first = e->base_first, last = e->base_last;
-  const uint32_t held = e->held, features = e->features;
+  const ring_column base = select_column(e, e->base_feature);
+  const uint32_t low = level_of_bin(&base, e->base_first, e->bins);
+  const uint32_t levels = level_of_bin(&base, e->base_last + 1u, e->bins) - low;
+  const uint32_t held = e->held;
   uint32_t n = 0;
   for (uint32_t slot = 0; slot < held; ++slot) {
-    const uint32_t bin = (base[slot * features] * bins) >> 8;
-    if (bin >= first && bin <= last)
+    if (select_level(&base, slot) - low < levels)
       mask[n++] = (uint16_t)slot;
   }
   return (base_mask){mask, n};
@@ -192,24 +201,21 @@ static base_mask mask_of_base(const rim_select *e) {
  * interval has a larger s^2 / n than the sum of the bins' own (Cauchy), over those of one sign,
  * since those of the other only take away. For b > 0 less still. */
 typedef struct histogram {
-  int32_t n[EDGE_BINS], s[EDGE_BINS];
+  int32_t s[EDGE_BINS];
+  uint16_t n[EDGE_BINS]; /* RIM_SELECT_MAX_RING at most */
   float most;
 } histogram;
 
 /* Of several histograms, n and s in one word, s * 256 + n, for so few observations: one addition
  * keeps both. */
 #define PACKED_MAX 255u
-typedef int32_t packed_bins[EDGE_BINS][SELECT_AT_ONCE];
+#define PACKED_ROW 8u /* more than SELECT_AT_ONCE, to be found by a shift */
+typedef int32_t packed_bins[EDGE_BINS][PACKED_ROW];
 
 static int32_t packed(int32_t residual) { return residual * 256 + 1; }
 
-static void put(int32_t (*bins)[SELECT_AT_ONCE], uint32_t which, uint32_t byte,
-                int32_t observation) {
-  bins[(byte * EDGE_BINS) >> 8][which] += observation;
-}
-
 /* Adds one of them to h, or, if these observations are its first, sets it. */
-static void unpack(int32_t (*from)[SELECT_AT_ONCE], uint32_t which, bool first, histogram *h) {
+static void unpack(int32_t (*from)[PACKED_ROW], uint32_t which, bool first, histogram *h) {
   float up = 0.0f;
   float down = 0.0f;
   for (uint32_t k = 0; k < EDGE_BINS; ++k) {
@@ -219,7 +225,7 @@ static void unpack(int32_t (*from)[SELECT_AT_ONCE], uint32_t which, bool first, 
       n += h->n[k];
       s += h->s[k];
     }
-    h->n[k] = n;
+    h->n[k] = (uint16_t)n;
     h->s[k] = s;
     if (s == 0)
       continue;
@@ -265,45 +271,42 @@ static base_mask part_of(base_mask mask, uint32_t from) {
   return (base_mask){mask.slot + from, left < PACKED_MAX ? left : PACKED_MAX};
 }
 
-/* Most of a sweep's time goes here, and much of that to find a row: four features share it. */
-static void add_four(const rim_select *e, base_mask part, uint16_t f,
-                     int32_t (*h)[SELECT_AT_ONCE]) {
-  const uint8_t *ring = select_row(e, 0) + f;
+/* Every feature of a word of the ring. Most of a sweep's time goes here: with `bits` and `count`
+ * known to the compiler nothing is left of them. */
+static inline void add_word(const rim_select *e, base_mask part, uint32_t word, uint32_t bits,
+                            uint32_t count, int32_t (*h)[PACKED_ROW]) {
+  const uint32_t *ring = select_row(e, 0) + word;
   const int16_t *residual = select_residual(e, 0) + e->base_channel;
-  const uint32_t features = e->features;
+  const uint32_t words = e->words;
   const uint32_t channels = e->channels;
+  const uint32_t of_bin = bits - 4u; /* a bin is the upper four bits of a level */
   for (uint32_t i = 0; i < part.count; ++i) {
-    const uint8_t *row = ring + part.slot[i] * features;
+    const uint32_t levels = ring[part.slot[i] * words] >> of_bin;
     const int32_t r = packed(residual[part.slot[i] * channels]);
-    put(h, 0, row[0], r);
-    put(h, 1, row[1], r);
-    put(h, 2, row[2], r);
-    put(h, 3, row[3], r);
+    h[levels & 15u][0] += r;
+    h[(levels >> bits) & 15u][1] += r;
+    h[(levels >> 2u * bits) & 15u][2] += r;
+    h[(levels >> 3u * bits) & 15u][3] += r;
+    if (count > 4u) {
+      h[(levels >> 4u * bits) & 15u][4] += r;
+      h[(levels >> 5u * bits) & 15u][5] += r;
+    }
   }
 }
+_Static_assert(EDGE_BINS == 16u && LEVELS_IN_WORD == 4u && SMALL_IN_WORD == 6u, "add_word");
 
-/* Fewer than SELECT_AT_ONCE. */
-static void add_few(const rim_select *e, base_mask part, uint16_t f, uint32_t count,
-                    int32_t (*h)[SELECT_AT_ONCE]) {
-  for (uint32_t i = 0; i < part.count; ++i) {
-    const int32_t r = packed(select_residual(e, part.slot[i])[e->base_channel]);
-    for (uint32_t k = 0; k < count; ++k)
-      put(h, k, select_row(e, part.slot[i])[f + k], r);
-  }
-}
-
-/* Of `count` features from f on, at most SELECT_AT_ONCE. */
-static void plain_histograms(const rim_select *e, base_mask mask, uint16_t f, uint32_t count,
-                             histogram *h) {
+/* Of the features first..end - 1 in a word of the ring. */
+static void plain_histograms(const rim_select *e, base_mask mask, uint32_t word, uint32_t first,
+                             uint32_t end, histogram *h) {
   uint32_t from = 0;
   do {
     const base_mask part = part_of(mask, from);
     packed_bins sums = {{0}};
-    if (count == SELECT_AT_ONCE)
-      add_four(e, part, f, sums);
+    if (e->small)
+      add_word(e, part, word, SMALL_LEVEL_BITS, SMALL_IN_WORD, sums);
     else
-      add_few(e, part, f, count, sums);
-    for (uint32_t k = 0; k < count; ++k)
+      add_word(e, part, word, LEVEL_BITS, LEVELS_IN_WORD, sums);
+    for (uint32_t k = first; k < end; ++k)
       unpack(sums, k, from == 0, &h[k]);
     from += PACKED_MAX;
   } while (from < mask.count);
@@ -320,15 +323,17 @@ static uint32_t sheared(int32_t byte, int32_t from_middle, int32_t shear) {
   return (uint32_t)(g < 0 ? 0 : g > 255 ? 255 : g);
 }
 
-static void add_sheared(const rim_select *e, base_mask part, uint16_t f,
-                        int32_t (*h)[SELECT_AT_ONCE]) {
+static void add_sheared(const rim_select *e, base_mask part, uint16_t f, int32_t (*h)[PACKED_ROW]) {
   const int32_t middle = middle_of_base(e);
+  const ring_column base = select_column(e, e->base_feature);
+  const ring_column other = select_column(e, f);
   for (uint32_t i = 0; i < part.count; ++i) {
-    const uint8_t *row = select_row(e, part.slot[i]);
-    const int32_t r = packed(select_residual(e, part.slot[i])[e->base_channel]);
-    const int32_t from_middle = row[e->base_feature] - middle;
+    const uint32_t slot = part.slot[i];
+    const int32_t r = packed(select_residual(e, slot)[e->base_channel]);
+    const int32_t byte = (int32_t)select_byte(&other, slot);
+    const int32_t from_middle = (int32_t)select_byte(&base, slot) - middle;
     for (uint32_t k = 0; k < SHEARS; ++k)
-      put(h, k, sheared(row[f], from_middle, shears[k]), r);
+      h[(sheared(byte, from_middle, shears[k]) * EDGE_BINS) >> 8][k] += r;
   }
 }
 
@@ -348,14 +353,16 @@ static void sheared_histograms(const rim_select *e, base_mask mask, uint16_t f, 
 /* The most anomalous interval of the base where the sheared f lies in the interval `given`. */
 static found base_given(rim_select *e, uint16_t f, int32_t shear, const found *given) {
   const int32_t middle = middle_of_base(e);
+  const ring_column of_base = select_column(e, e->base_feature);
+  const ring_column other = select_column(e, f);
   histogram h = {.most = 0.0f};
   for (uint32_t slot = 0; slot < e->held; ++slot) {
-    const uint8_t *row = select_row(e, slot);
-    const uint32_t base = row[e->base_feature];
-    const uint32_t k = (sheared(row[f], (int32_t)base - middle, shear) * EDGE_BINS) >> 8;
+    const int32_t base = (int32_t)select_byte(&of_base, slot);
+    const int32_t byte = (int32_t)select_byte(&other, slot);
+    const uint32_t k = (sheared(byte, base - middle, shear) * EDGE_BINS) >> 8;
     if (k < given->first || k > given->last)
       continue;
-    const uint32_t bin = (base * EDGE_BINS) >> 8;
+    const uint32_t bin = ((uint32_t)base * EDGE_BINS) >> 8;
     ++h.n[bin];
     h.s[bin] += select_residual(e, slot)[e->base_channel];
   }
@@ -449,17 +456,19 @@ static uint32_t try_edge(rim_select *e, base_mask mask, uint16_t f, const histog
   return SELECT_EDGE_INTERVALS;
 }
 
-/* Up to SELECT_AT_ONCE edges of the base, from next_feature on, but no more than the budget asks
- * for. Returns the conditional intervals used. */
+/* Edges of the base from next_feature on, as many as its word of the ring has left, but no more
+ * than the budget asks for. Returns the conditional intervals used. */
 static uint32_t try_edges(rim_select *e, base_mask mask, uint32_t budget) {
   histogram plain[SELECT_AT_ONCE];
-  const uint16_t first = e->next_feature;
-  uint32_t count = e->features - (uint32_t)first;
-  count = count < SELECT_AT_ONCE ? count : SELECT_AT_ONCE;
-  count = count < budget ? count : budget;
-  plain_histograms(e, mask, first, count, plain);
+  const uint32_t word = (uint32_t)e->next_feature / e->in_word;
+  const uint32_t before = word * e->in_word;
+  const uint32_t first = e->next_feature - before;
+  uint32_t end = e->features - before;
+  end = end < e->in_word ? end : e->in_word;
+  end = end < first + budget ? end : first + budget;
+  plain_histograms(e, mask, word, first, end, plain);
   uint32_t done = 0;
-  for (uint32_t k = 0; k < count && done < budget; ++k, ++e->next_feature) {
+  for (uint32_t k = first; k < end && done < budget; ++k, ++e->next_feature) {
     if (e->next_feature != e->base_feature)
       done += try_edge(e, mask, e->next_feature, &plain[k]);
   }
