@@ -102,8 +102,8 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     plan->scans = wide ? 3 : 4;
     plan->edges = wide ? 44 : 11;
     plan->moves = wide ? 54 : 42;
-    plan->grid = wide ? 24 : 32;
-    plan->ring = wide ? 278 : 256;
+    plan->grid = 32;
+    plan->ring = wide ? 400 : 256;
     plan->pairs = wide ? 2 : 4;
   } else if (plan->layout.external && few_rows) {
     plan->edges = 288;

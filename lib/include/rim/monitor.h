@@ -95,7 +95,7 @@ typedef struct rim_monitor_health {
    (size_t)(region_features) * (size_t)(bins) * (4u * (size_t)(outcomes) + 2u) +                   \
    (size_t)(ring) * (((size_t)(region_features) + 7u) / 4u * 4u + 2u * (size_t)(outcomes)) +        \
    2u * (size_t)(grid) * (size_t)(grid) +                                                          \
-   (size_t)(pairs) * (4u * (size_t)(grid) * ((size_t)(grid) + 1u) + 712u))
+   (size_t)(pairs) * (4u * (size_t)(grid) * ((size_t)(grid) + 1u) + 904u))
 /* Bytes, at most, for a monitor of an image with section NOISE: fields and means as there. */
 #define RIM_MONITOR_TRAINED_SIZE(features, outcomes, region_features, ring, filters, terms,        \
                                  fields, means)                                                    \

@@ -370,15 +370,15 @@ static void interval_region(const rim_select *e, uint16_t feature, const slice *
 }
 
 static void ellipse_region(const pair_state *p, const ellipse *shape, rim_region *region) {
-  const double a = (double)shape->a / SELECT_ONE;
-  const double b = (double)shape->b / SELECT_ONE;
-  const double c = (double)shape->c / SELECT_ONE;
+  const double a = (double)shape->a / (double)SELECT_ONE;
+  const double b = (double)shape->b / (double)SELECT_ONE;
+  const double c = (double)shape->c / (double)SELECT_ONE;
   memset(region, 0, sizeof *region);
   region->dims = 2;
   region->feature[0] = p->x;
   region->feature[1] = p->y;
-  region->center[0] = (double)shape->cx / SELECT_ONE;
-  region->center[1] = (double)shape->cy / SELECT_ONE;
+  region->center[0] = (double)shape->cx / (double)SELECT_ONE;
+  region->center[1] = (double)shape->cy / (double)SELECT_ONE;
   /* (x, y) = centre + (b z1 + c z2, a z1): A^-1 = L^-T L^-1 */
   region->inverse_shape[0] = 1.0 / (c * c);
   region->inverse_shape[1] = -b / (a * c * c);

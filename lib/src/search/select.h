@@ -109,7 +109,7 @@ typedef struct rim_select rim_select;
 
 #define RIM_SELECT_HEADER_BYTES 1536u /* at least the private header; checked in select.c */
 #define RIM_SELECT_ROUND8(bytes) ((((size_t)(bytes)) + 7u) / 8u * 8u)
-#define RIM_SELECT_PAIR_BYTES 704u
+#define RIM_SELECT_PAIR_BYTES 896u
 /* Bytes of one engine, at most: the small profile needs less, see rimi_select_size(). A constant
  * expression. Every argument explicit (not 0). */
 #define RIM_SELECT_SIZE(features, channels, ring, bins, grid, pairs)                               \

@@ -13,15 +13,20 @@
 #define CENTER_MARGIN 4096 /* centres may lie so far outside the range: its edge cuts regions */
 #define MIN_AXIS 246       /* .03 */
 #define MAX_AXIS 12288     /* 1.5 */
-#define JITTER 98          /* .012: width of the noise in a proposal */
+#define JITTER 50          /* .006: the largest noise in a proposal */
 
 static double unit(rim_select *e) { return (double)rimi_rng_u32(&e->rng) * 0x1p-32; }
 
+/* low <= x < end */
+static bool between(int32_t x, int32_t low, int32_t end) {
+  return (uint32_t)x - (uint32_t)low < (uint32_t)end - (uint32_t)low;
+}
+
 static bool allowed(const ellipse *s) {
-  const int32_t end = (int32_t)SELECT_ONE + CENTER_MARGIN;
-  return s->cx > -CENTER_MARGIN && s->cx < end && s->cy > -CENTER_MARGIN && s->cy < end &&
-         s->a > MIN_AXIS && s->a < MAX_AXIS && s->c > MIN_AXIS && s->c < MAX_AXIS &&
-         s->b > -MAX_AXIS && s->b < MAX_AXIS;
+  const int32_t end = SELECT_ONE + CENTER_MARGIN;
+  return between(s->cx, -CENTER_MARGIN, end) && between(s->cy, -CENTER_MARGIN, end) &&
+         between(s->a, MIN_AXIS, MAX_AXIS) && between(s->c, MIN_AXIS, MAX_AXIS) &&
+         between(s->b, -MAX_AXIS, MAX_AXIS);
 }
 
 typedef struct spans {
@@ -49,12 +54,10 @@ typedef struct walk {
   uint32_t half;
 } walk;
 
-/* Nothing of an ellipse that is not allowed, which an upset may have left. Each number below fits
- * for those that are: |middle| < 64 * 3 cells, to_next < 2^20 / .24. */
+/* Of an ellipse that is allowed: then each number fits, |middle| < 64 * 3 cells, to_next < 2^20 / .24,
+ * and |z| <= HEIGHT in each row. */
 static walk walk_over(const rim_select *e, const ellipse *s) {
-  walk w = {.first = 0, .end = 0};
-  if (!allowed(s))
-    return w;
+  walk w;
   const double cells = (double)e->grid / SELECT_ONE;
   const double a = (double)s->a * cells;
   const double cy = (double)s->cy * cells - 0.5;
@@ -81,13 +84,8 @@ static uint32_t column_of(int32_t position, uint32_t grid) {
 /* The columns low..high - 1 of the row whose cell centres lie in the ellipse. */
 static inline void span_of_row(const rim_select *e, const walk *w, uint32_t *low, uint32_t *high) {
   const uint32_t height = (uint32_t)(w->z < 0 ? -w->z : w->z);
-  const uint32_t position = (height + (1u << HEIGHT_SHIFT) / 2u) >> HEIGHT_SHIFT;
-  if (position >= SELECT_ROOTS) {
-    *low = 0;
-    *high = 0;
-    return;
-  }
-  const int32_t half = (int32_t)((w->half * e->root[position]) >> 8);
+  const uint32_t root = e->root[(height + (1u << HEIGHT_SHIFT) / 2u) >> HEIGHT_SHIFT];
+  const int32_t half = (int32_t)((w->half * root) >> 8);
   *low = column_of(w->middle - half, e->grid);
   *high = column_of(w->middle + half, e->grid);
 }
@@ -98,7 +96,11 @@ static inline void next_row(walk *w) {
   w->middle += w->middle_to_next;
 }
 
+/* None of an ellipse that is not allowed, which an upset may have left. */
 static void find_spans(const rim_select *e, const ellipse *shape, spans *out) {
+  out->first = out->last = 0;
+  if (!allowed(shape))
+    return;
   walk w = walk_over(e, shape);
   out->first = w.first;
   out->last = w.end;
@@ -113,6 +115,8 @@ static void find_spans(const rim_select *e, const ellipse *shape, spans *out) {
 
 static bool cell_in_ellipse(const rim_select *e, const ellipse *shape, uint32_t row,
                             uint32_t column) {
+  if (!allowed(shape))
+    return false;
   walk w = walk_over(e, shape);
   if (row < w.first || row >= w.end)
     return false;
@@ -124,29 +128,29 @@ static bool cell_in_ellipse(const rim_select *e, const ellipse *shape, uint32_t 
   return column >= low && column < high;
 }
 
-static float in_sd(const rim_grid *grid, int32_t units) {
-  return (float)((double)rimi_grid_steps(grid, units) * SELECT_RESIDUAL_STEP);
-}
-
-/* Stage 1: on the grid. */
-static void evaluate_grid(rim_select *e, uint32_t pair, chain *k) {
+/* Stage 1: on the grid. Nothing lies in an ellipse that is not allowed, and false is returned. */
+static bool evaluate_grid(rim_select *e, uint32_t pair, chain *k) {
   const rim_grid grid = select_grid(e, pair);
-  walk w = walk_over(e, &k->shape);
-  const uint32_t *row = grid.cell + (size_t)w.first * (grid.grid + 1u);
+  const bool is_allowed = allowed(&k->shape);
   int32_t units = 0;
   uint32_t count = 0;
-  for (uint32_t left = w.end - w.first; left > 0; --left, next_row(&w)) {
-    uint32_t low;
-    uint32_t high;
-    span_of_row(e, &w, &low, &high);
-    rimi_grid_span(row, low, high, &units, &count);
-    row += grid.grid + 1u;
+  if (is_allowed) {
+    walk w = walk_over(e, &k->shape);
+    const uint32_t *row = grid.cell + (size_t)w.first * (grid.grid + 1u);
+    for (uint32_t left = w.end - w.first; left > 0; --left, next_row(&w)) {
+      uint32_t low;
+      uint32_t high;
+      span_of_row(e, &w, &low, &high);
+      rimi_grid_span(row, low, high, &units, &count);
+      row += grid.grid + 1u;
+    }
   }
-  k->grid_s = in_sd(&grid, units);
+  k->grid_s = (float)((double)rimi_grid_steps(&grid, units) * SELECT_RESIDUAL_STEP);
   k->grid_n = (float)count;
   k->s = k->grid_s;
   k->n = k->grid_n;
   ++e->effort.moves;
+  return is_allowed;
 }
 
 static bool cell_inside(const spans *cells, uint32_t row, uint32_t column) {
@@ -326,7 +330,7 @@ float rimi_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which)
 
 static void evaluate(rim_select *e, uint32_t pair, chain *k) {
   const pair_state *p = select_pair(e, pair);
-  evaluate_grid(e, pair, k);
+  (void)evaluate_grid(e, pair, k);
   if (p->exact)
     correct_by_ring(e, p, k);
 }
@@ -434,10 +438,7 @@ static axes axes_of(const select_offer *offer) {
   return (axes){a, b, rimi_sqrt(rimi_max(offer->shape[0] - b * b, 1e-9))};
 }
 
-/* x SELECT_ONE, within -4 and 4. */
-static int16_t narrowed(double x) {
-  return (int16_t)rimi_clamp(x * SELECT_ONE, (double)INT16_MIN, (double)INT16_MAX);
-}
+static int32_t narrowed(double x) { return (int32_t)(x * SELECT_ONE); }
 
 /* An ellipse like the offered one, scattered about it. */
 static ellipse scattered(rim_select *e, const select_offer *offer, const axes *like,
@@ -603,13 +604,13 @@ static void draw_two(const rim_select *e, uint32_t k, uint32_t chance, uint32_t 
   *second = j;
 }
 
-/* x + gain (to - from) + noise, gain in 1 / 32768 and six bits of `noise` from `shift` on. What does
- * not fit is not allowed either. */
-static int16_t stepped(int32_t x, int32_t gain, int32_t to, int32_t from, uint32_t noise,
+/* x + gain (to - from) + noise: gain in 1 / 32768, at most 1, six bits of `noise` from `shift` on.
+ * Modulo 2^32, so that an upset does no harm; exact for ellipses that are allowed. */
+static int32_t stepped(int32_t x, uint32_t gain, int32_t to, int32_t from, uint32_t noise,
                        uint32_t shift) {
-  const int32_t jitter = ((int32_t)(2u * ((noise >> shift) & 63u)) - 63) * JITTER / 126;
-  const int32_t y = x + gain * (to - from) / 32768 + jitter;
-  return (int16_t)(y < INT16_MIN ? INT16_MIN : y > INT16_MAX ? INT16_MAX : y);
+  const uint32_t step = (gain * ((uint32_t)to - (uint32_t)from) + 0x80000000u) >> 15;
+  const uint32_t jitter = (((noise >> shift) & 63u) * 2u * JITTER) >> 6;
+  return (int32_t)((uint32_t)x + step + jitter - (0x10000u + JITTER));
 }
 
 /* Differential evolution: a step along the difference of two others, which has by itself the size
@@ -620,17 +621,18 @@ static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
   const uint32_t word = rimi_rng_u32(&e->rng);
   draw_two(e, k, word & 0xfffu, &i, &j);
   /* .05 to .8 */
-  const int32_t gain = (word & 0xf000u) == 0 ? 32768 : 1638 + (int32_t)((word >> 16) * 3u / 8u);
+  const uint32_t gain = (word & 0xf000u) == 0 ? 32768u : 1638u + (word >> 16) * 3u / 8u;
   const ellipse *from = &p->chain[i].shape;
   const ellipse *to = &p->chain[j].shape;
   const uint32_t noise = rimi_rng_u32(&e->rng);
-  ellipse s = p->chain[k].shape;
-  s.cx = stepped(s.cx, gain, to->cx, from->cx, noise, 0);
-  s.cy = stepped(s.cy, gain, to->cy, from->cy, noise, 6);
-  s.a = stepped(s.a, gain, to->a, from->a, noise, 12);
-  s.b = stepped(s.b, gain, to->b, from->b, noise, 18);
-  s.c = stepped(s.c, gain, to->c, from->c, noise, 24);
-  return s;
+  const ellipse *s = &p->chain[k].shape;
+  return (ellipse){
+      .cx = stepped(s->cx, gain, to->cx, from->cx, noise, 0),
+      .cy = stepped(s->cy, gain, to->cy, from->cy, noise, 6),
+      .a = stepped(s->a, gain, to->a, from->a, noise, 12),
+      .b = stepped(s->b, gain, to->b, from->b, noise, 18),
+      .c = stepped(s->c, gain, to->c, from->c, noise, 24),
+  };
 }
 
 static bool accepted(rim_select *e, double gained) {
@@ -647,9 +649,8 @@ static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
   chain *old = &p->chain[k];
   chain fresh;
   fresh.shape = proposed(e, p, k);
-  if (!allowed(&fresh.shape))
+  if (!evaluate_grid(e, pair, &fresh))
     return;
-  evaluate_grid(e, pair, &fresh);
   const double coarse = (double)ln_anom_of(e, p->channel, fresh.grid_s, fresh.grid_n) -
                         (double)ln_anom_of(e, p->channel, old->grid_s, old->grid_n);
   const bool climbs = k == 0;
@@ -669,15 +670,17 @@ static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
 /* An ellipse that lags far behind the best has lost its way: it restarts from another's place. */
 static void regroup(rim_select *e, pair_state *p) {
   uint32_t worst = 1;
-  float high = 0.0f;
-  for (uint32_t k = 1; k < e->chains; ++k) {
+  float low = ln_anom(e, p, &p->chain[worst]);
+  float high = low;
+  for (uint32_t k = 2; k < e->chains; ++k) {
     const float value = ln_anom(e, p, &p->chain[k]);
-    if (value < ln_anom(e, p, &p->chain[worst]))
+    if (value < low) {
+      low = value;
       worst = k;
+    }
     if (value > high)
       high = value;
   }
-  const float low = ln_anom(e, p, &p->chain[worst]);
   if ((double)high - (double)low < LAG)
     return;
   const uint32_t other = rimi_rng_below(&e->rng, e->chains);

@@ -50,9 +50,9 @@ typedef struct channel_state {
  * factor of A in eq. 3.8, positive definite for any a, c > 0. In units of 1 / SELECT_ONE of a
  * feature's range. */
 typedef struct ellipse {
-  int16_t cx, cy, a, b, c;
+  int32_t cx, cy, a, b, c;
 } ellipse;
-#define SELECT_ONE 8192.0
+#define SELECT_ONE 8192
 
 typedef struct chain {
   ellipse shape;

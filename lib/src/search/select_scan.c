@@ -30,15 +30,15 @@ typedef struct found {
   uint32_t first, last;
 } found;
 
-/* Bins of one sign, as ends of intervals; sum of s^2 / n of those before each, and of all. */
+/* Bins of one sign, as ends of intervals; sum of s^2 / n of those before each and, last, of all. */
 typedef struct ends {
-  double before[RIM_SELECT_MAX_BINS], all;
+  double evidence[RIM_SELECT_MAX_BINS + 1];
   uint8_t bin[RIM_SELECT_MAX_BINS];
   uint32_t count;
 } ends;
 
 static void find_ends(const prefix *p, uint32_t bins, ends *down, ends *up) {
-  down->all = up->all = 0.0;
+  down->evidence[0] = up->evidence[0] = 0.0;
   down->count = up->count = 0;
   for (uint32_t k = 0; k < bins; ++k) {
     const double s = p->s[k + 1] - p->s[k];
@@ -47,48 +47,64 @@ static void find_ends(const prefix *p, uint32_t bins, ends *down, ends *up) {
       continue;
     ends *of = s < 0.0 ? down : up;
     const uint32_t i = of->count++;
-    of->before[i] = of->all;
     of->bin[i] = (uint8_t)k;
-    of->all += s * s / n;
+    of->evidence[i + 1u] = of->evidence[i] + s * s / n;
+  }
+}
+
+/* The best interval so far, S^2 / Var(S), and less than any better one's ends have of S^2 / n. */
+typedef struct best_interval {
+  double s2, var;
+  double evidence;
+  uint32_t first, last;
+} best_interval;
+
+static void set_best(best_interval *best, double s2, double var, double a) {
+  best->s2 = s2;
+  best->var = var;
+  best->evidence = s2 * a / var * (1.0 - 1e-9); /* of rounding */
+}
+
+/* Those between two ends of one sign. Bins from one end to another have at most the sum of their own
+ * S^2 / (n a) (Cauchy), since those of the other sign take away. Neither end comes back: the later
+ * an interval begins, the later it must end to have as much. */
+static void try_ends(const prefix *p, const ends *e, double a, double b, best_interval *best) {
+  uint32_t nearest = 0;
+  for (uint32_t i = 0; i < e->count; ++i) {
+    if (e->evidence[e->count] - e->evidence[i] <= best->evidence)
+      break;
+    while (e->evidence[nearest + 1u] - e->evidence[i] <= best->evidence)
+      ++nearest;
+    const double n0 = p->n[e->bin[i]];
+    const double s0 = p->s[e->bin[i]];
+    for (uint32_t j = nearest; j < e->count; ++j) {
+      const double s = p->s[e->bin[j] + 1u] - s0;
+      const double n = p->n[e->bin[j] + 1u] - n0;
+      const double var = n * (a + b * n);
+      const double s2 = s * s;
+      if (s2 * best->var <= best->s2 * var)
+        continue;
+      set_best(best, s2, var, a);
+      best->first = e->bin[i];
+      best->last = e->bin[j];
+    }
   }
 }
 
 /* The most anomalous interval (App. A, Alg. 8, p. 116); its ln_anom is `least` (0 or more) where
  * none has more. Only intervals whose first and last bin deviate the same way are weighed: without
- * an end bin that does not, |S| is no smaller and Var(S) no larger. Those from an end on have at
- * most the sum of their bins' own S^2 / (n a) (Cauchy), since bins of the other sign take away.
- * Compared by cross-multiplication; at most bins (bins + 1) / 2 intervals. Of equals the first
- * stays: those that deviate downwards before those that deviate upwards. */
+ * an end bin that does not, |S| is no smaller and Var(S) no larger. Compared by
+ * cross-multiplication; at most bins (bins + 1) / 2 intervals. Of equals the first stays: those that
+ * deviate downwards before those that deviate upwards. */
 static found most_anomalous(const prefix *p, uint32_t bins, double a, double b, double least) {
-  ends of[2];
-  find_ends(p, bins, &of[0], &of[1]);
-  double best_s2 = 2.0 * least;
-  double best_var = 1.0;
-  found best = {least, 0, 0};
-  for (uint32_t sign = 0; sign < 2; ++sign) {
-    const ends *e = &of[sign];
-    const double all = e->all * (1.0 + 1e-9); /* of rounding */
-    for (uint32_t i = 0; i < e->count; ++i) {
-      if ((all - e->before[i]) * best_var <= best_s2 * a)
-        break;
-      const double n0 = p->n[e->bin[i]];
-      const double s0 = p->s[e->bin[i]];
-      for (uint32_t j = i; j < e->count; ++j) {
-        const double s = p->s[e->bin[j] + 1u] - s0;
-        const double n = p->n[e->bin[j] + 1u] - n0;
-        const double var = n * (a + b * n);
-        const double s2 = s * s;
-        if (s2 * best_var <= best_s2 * var)
-          continue;
-        best_s2 = s2;
-        best_var = var;
-        best.first = e->bin[i];
-        best.last = e->bin[j];
-      }
-    }
-  }
-  best.ln_anom = best_s2 / (2.0 * best_var);
-  return best;
+  ends down;
+  ends up;
+  find_ends(p, bins, &down, &up);
+  best_interval best = {.first = 0};
+  set_best(&best, 2.0 * least, 1.0, a);
+  try_ends(p, &down, a, b, &best);
+  try_ends(p, &up, a, b, &best);
+  return (found){best.s2 / (2.0 * best.var), best.first, best.last};
 }
 
 static void rescan_channel(rim_select *e, uint32_t c) {
@@ -219,8 +235,9 @@ static void unpack(int32_t (*from)[PACKED_ROW], uint32_t which, bool first, hist
   float up = 0.0f;
   float down = 0.0f;
   for (uint32_t k = 0; k < EDGE_BINS; ++k) {
-    int32_t n = from[k][which] & 255;
-    int32_t s = (from[k][which] - n) / 256;
+    const uint32_t both = (uint32_t)from[k][which];
+    uint32_t n = both & 255u;
+    int32_t s = (int32_t)((both + 0x80000000u) >> 8) - 0x800000;
     if (!first) {
       n += h->n[k];
       s += h->s[k];
@@ -432,12 +449,16 @@ static void offer_edge(rim_select *e, uint16_t f, const found *best, int32_t she
   rimi_select_pool_offer(e, &offer);
 }
 
-/* One edge (base, f), whose plain histogram is given: H3. Shears are tried only where it comes near
- * what the pool asks. Returns the conditional intervals used: 1 or SELECT_EDGE_INTERVALS. */
-static uint32_t try_edge(rim_select *e, base_mask mask, uint16_t f, const histogram *plain) {
+/* What the pool asks, in nats of the base's channel. */
+static double pool_bar(const rim_select *e) {
   const channel_state *state = select_channel(e, e->base_channel);
-  /* What the pool asks, in nats of this channel. */
-  const double bar = (rimi_select_pool_bar(e, NULL) + (double)state->offset) / (double)state->scale;
+  return (rimi_select_pool_bar(e, NULL) + (double)state->offset) / (double)state->scale;
+}
+
+/* One edge (base, f), whose plain histogram is given: H3. Shears are tried only where it comes near
+ * the pool's bar. Returns the conditional intervals used: 1 or SELECT_EDGE_INTERVALS. */
+static uint32_t try_edge(rim_select *e, base_mask mask, uint16_t f, const histogram *plain,
+                         double bar) {
   const double least = bar - NEAR_ENOUGH;
   found best = conditional(e, plain, e->small ? bar : least, least);
   if (best.ln_anom <= least)
@@ -467,10 +488,15 @@ static uint32_t try_edges(rim_select *e, base_mask mask, uint32_t budget) {
   end = end < e->in_word ? end : e->in_word;
   end = end < first + budget ? end : first + budget;
   plain_histograms(e, mask, word, first, end, plain);
+  double bar = pool_bar(e);
   uint32_t done = 0;
   for (uint32_t k = first; k < end && done < budget; ++k, ++e->next_feature) {
-    if (e->next_feature != e->base_feature)
-      done += try_edge(e, mask, e->next_feature, &plain[k]);
+    if (e->next_feature == e->base_feature)
+      continue;
+    const uint32_t used = try_edge(e, mask, e->next_feature, &plain[k], bar);
+    done += used;
+    if (used > 1u) /* it was offered */
+      bar = pool_bar(e);
   }
   return done;
 }
