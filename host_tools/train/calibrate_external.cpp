@@ -99,11 +99,11 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     // Many features: which two is the question, so edges; few: which ellipse, so a finer grid.
     const bool wide = plan->layout.features() > kManyFeatures;
     plan->small = true;
-    plan->scans = wide ? 3 : 4;
-    plan->edges = wide ? 44 : 11;
-    plan->moves = wide ? 54 : 42;
+    plan->scans = 4;
+    plan->edges = wide ? 40 : 12;
+    plan->moves = 46;
     plan->grid = 32;
-    plan->ring = wide ? 400 : 256;
+    plan->ring = wide ? 392 : 400;
     plan->pairs = wide ? 2 : 4;
   } else if (plan->layout.external && few_rows) {
     plan->edges = 288;

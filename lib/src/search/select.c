@@ -324,10 +324,10 @@ void rimi_select_work(rim_select *e, uint32_t budget) {
     e->entered = 0;
     rimi_select_scan(e, e->scans);
     if (e->pairs > 0) {
-      rimi_select_sweep(e, e->edges);
+      rimi_select_sweep(e, select_unit_work(e, e->edges, e->held));
       update_scores(e);
       if (!e->small || e->entered == 0)
-        rimi_select_pool_move(e, e->moves);
+        rimi_select_pool_move(e, select_unit_work(e, e->moves, e->held));
     }
     update_scores(e);
   }

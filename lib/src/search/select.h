@@ -75,7 +75,8 @@ typedef struct rim_select_config {
   uint16_t moves; /* ellipses proposed and evaluated; 0: 64 */
   bool small;     /* the small profile, for small processors: 12 ellipses per pair, none of them
                      corrected by the ring's points; one pair per unit enters, and in its unit none
-                     moves; sheared intervals only where the plain one might enter */
+                     moves; sheared intervals only where the plain one might enter; of `edges` and
+                     `moves` twice as many while the ring is nearly empty, 5/8 when it is full */
   uint64_t seed;
   const float *a; /* [channels], > 0; NULL: 1. Copied. */
   const float *b; /* [channels], >= 0; NULL: 0. Copied. */

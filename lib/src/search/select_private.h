@@ -149,6 +149,14 @@ static inline uint16_t *select_cell(const rim_select *e, uint32_t row, uint32_t 
 static inline uint16_t *select_link(const rim_select *e, uint32_t slot) {
   return (uint16_t *)select_at(e, e->link_at) + slot;
 }
+/* Edges or moves of a unit while `held` observations are held. In the small profile they fall as what
+ * another observation changes does: twice those configured at first, 5/8 once the ring is full. */
+static inline uint32_t select_unit_work(const rim_select *e, uint32_t configured, uint32_t held) {
+  if (!e->small)
+    return configured;
+  const uint32_t falling = configured * 5u * e->ring / (8u * (held > 0 ? held : 1u));
+  return falling < 2u * configured ? falling : 2u * configured;
+}
 static inline double select_ln_anom(double s, double n, double a, double b) {
   return n > 0.0 ? s * s / (2.0 * n * (a + b * n)) : 0.0;
 }

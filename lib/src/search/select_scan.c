@@ -7,7 +7,7 @@
 #include "search/select_private.h"
 
 #define WAIT_BONUS 0.5        /* nats per sweep that a base has waited, */
-#define WAIT_MAX 24           /* for at most this many sweeps */
+#define WAIT_MAX 12           /* for at most this many sweeps */
 #define NEAR_ENOUGH 4.0       /* nats below the pool's bar at which shears are tried */
 #define NEARLY_THERE 2.0      /* ... at which the base's own interval is sought again */
 #define GROWTH_AT_EDGE 0.35   /* of the interval's width */
