@@ -100,10 +100,10 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     const bool wide = plan->layout.features() > kManyFeatures;
     plan->small = true;
     plan->scans = 4;
-    plan->edges = wide ? 40 : 12;
-    plan->moves = 46;
+    plan->edges = wide ? 40 : 11;
+    plan->moves = wide ? 46 : 42;
     plan->grid = 32;
-    plan->ring = wide ? 392 : 400;
+    plan->ring = wide ? 392 : 368;
     plan->pairs = wide ? 2 : 4;
   } else if (plan->layout.external && few_rows) {
     plan->edges = 288;

@@ -93,7 +93,7 @@ typedef struct rim_monitor_health {
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, 0, 0) + 1688u +            \
    (size_t)(outcomes) * (56u + 8u * (size_t)(region_features)) + 8u * (size_t)(region_features) +  \
    (size_t)(region_features) * (size_t)(bins) * (4u * (size_t)(outcomes) + 2u) +                   \
-   (size_t)(ring) * (((size_t)(region_features) + 7u) / 4u * 4u + 2u * (size_t)(outcomes)) +        \
+   (size_t)(ring) * (((size_t)(region_features) + 7u) / 4u * 4u + 2u * (size_t)(outcomes)) +       \
    2u * (size_t)(grid) * (size_t)(grid) +                                                          \
    (size_t)(pairs) * (4u * (size_t)(grid) * ((size_t)(grid) + 1u) + 904u))
 /* Bytes, at most, for a monitor of an image with section NOISE: fields and means as there. */

@@ -192,29 +192,38 @@ static double evidences(const rim_work_counts *n) {
   return CHAINS * n->pairs * EVIDENCE + n->channels * (double)LOOK;
 }
 
+/* At most; select_unit_work. */
+static uint32_t unit_work(const rim_work_counts *n, uint32_t configured) {
+  return n->small ? SMALL_FIRST_WORK * configured : configured;
+}
+
 static double sweep_work(const rim_work_counts *n) {
   const double conditional =
       n->ring * (double)POINT + EDGE_BINS * (PREFIX + 2u * END) + intervals(EDGE_BINS) * INTERVAL;
   const double base = n->region_features * (double)n->channels * LOOK + n->ring * (double)MASK;
   const uint32_t each = SELECT_EDGE_INTERVALS;
-  const double offers = (n->edges + each - 1u) / each + 1u;
+  const uint32_t edges = unit_work(n, n->edges);
+  /* Read with the others of a word: when a base begins, and where the budget ends. */
+  const uint32_t unused = (BASES_A_UNIT + 1u) * (SELECT_AT_ONCE - 1u);
+  const double offers = (edges + each - 1u) / each + 1u;
   const double offer =
       SCATTER + ellipse_work(n) + ring_work(n) + 2u * CHAINS * EVIDENCE + n->pairs * (double)LOOK;
-  return BASES_A_UNIT * base + n->edges * (double)n->pairs * LOOK +
-         (n->edges + each - 1u + SELECT_AT_ONCE - 1u) * conditional + offers * offer;
+  return BASES_A_UNIT * base + edges * (double)n->pairs * LOOK +
+         (edges + each - 1u + unused) * conditional + offers * offer;
 }
 
 static double enter_work(const rim_work_counts *n) {
   const double cells = n->grid * (n->grid + 1.0);
   const double once =
-      cells * (CELL + ADD) + n->ring * (double)PUT + CHAINS * (SCATTER + ellipse_work(n));
+      cells * (CELL + ADD) + 2u * n->ring * (double)PUT + CHAINS * (SCATTER + ellipse_work(n));
   return (is_corrected_by_ring(n) ? ENTRIES_A_UNIT : 1u) * once;
 }
 
 static double move_work(const rim_work_counts *n) {
   const double move = PROPOSAL + ellipse_work(n) + 2u * EXPONENTIAL + 4u * EVIDENCE + ring_work(n);
-  const double looks = (n->moves / 12u + 2u) * 3u + 2u * n->pairs + 1u;
-  double work = n->moves * move + looks * CHAINS * EVIDENCE;
+  const uint32_t moves = unit_work(n, n->moves);
+  const double looks = (moves / 12u + 2u) * 3u + 2u * n->pairs + 1u;
+  double work = moves * move + looks * CHAINS * EVIDENCE;
   if (is_corrected_by_ring(n)) /* another pair leads: the old one goes back to the grid */
     work += 2u * CHAINS * ellipse_work(n) + CHAINS * ring_work(n) + n->ring * (double)PUT +
             n->grid * (double)n->grid * CELL;
@@ -238,13 +247,19 @@ static double rows_search(const rim_work_counts *n) {
   return n->budget * unit;
 }
 
+/* Every grid's units grow, or its sums are halved, and every ellipse is evaluated again. */
+static double grids_anew(const rim_work_counts *n) {
+  const double cells = n->grid * (n->grid + 1.0);
+  return n->pairs * (cells * ADD + CHAINS * ellipse_work(n)) + CHAINS * ring_work(n);
+}
+
 static double rows_block(const rim_work_counts *n) {
   const double tables = n->region_features * (PLACE + n->channels * (double)ADD);
   const double grids = n->pairs * (n->grid * (double)ADD + CHAINS * JUDGE);
   const double leader = is_corrected_by_ring(n) && n->pairs > 0
                             ? 2u * CHAINS * (ellipse_work(n) + INSIDE) + n->ring * (double)CELL
                             : 0.0;
-  return tables + grids + leader + evidences(n);
+  return tables + grids + leader + grids_anew(n) + evidences(n);
 }
 
 static double rows_judge(const rim_work_counts *n) {
@@ -264,9 +279,7 @@ static double judge_work(const rim_work_counts *n) {
 }
 
 static double halving_work(const rim_work_counts *n) {
-  const double cells = n->grid * (n->grid + 1.0);
-  return n->region_features * (double)n->bins * (n->channels + 1.0) * ADD +
-         n->pairs * (cells * ADD + CHAINS * (ellipse_work(n) + ring_work(n)));
+  return n->region_features * (double)n->bins * (n->channels + 1.0) * ADD + grids_anew(n);
 }
 
 #define SUM_WORD 4.0 /* of a check sum */

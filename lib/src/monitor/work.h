@@ -33,19 +33,20 @@
  * pair, H = B (B + 1) / 2 intervals, 136 = 16 * 17 / 2 of 16 conditional bins:
  *   search  U times (rimi_select_work):
  *     scans   min(S, r c) intervals: B prefix sums and H hypotheses; r comparisons each
- *     edges   at most 3 bases: r c comparisons and R points each; E + 5 conditional intervals,
- *             for an edge that comes near is tried in 4 more shears and, but in the small profile,
- *             its base once more: R points, 16 prefix sums, 136 hypotheses; every sixth of them, or
+ *     edges   at most 3 bases: r c comparisons and R points each; E + 25 conditional intervals,
+ *             for an edge that comes near is tried in 4 more shears and its base once more, and
+ *             features of one word are read together; in the small profile 2 E + 25: R points, 16 prefix sums, 136 hypotheses; every sixth of them, or
  *             fifth, one offer: 1 ellipse, 48 evidences
- *     enter   1 pair in the small profile, else 2: G (G + 1) cells cleared, R points put, G^2
- *             accumulated, 24 ellipses of G rows
+ *     enter   1 pair in the small profile, else 2: G (G + 1) cells cleared, R points read and
+ *             put, G^2 accumulated, 24 ellipses of G rows
  *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; in the
- *             small profile not in a unit in which a pair enters. Otherwise the leader is corrected
+ *             small profile 2 M, and none in a unit in which a pair enters. Otherwise the leader is corrected
  *             by the ring: R points and G^2 cells an ellipse, and when another pair leads 48
  *             ellipses more
  *     scores  2 (c + 24 P) evidences
  *   block   r features into cells, r c sums; P grids gain a point: G sums, 24 ellipses judge it by
- *           one row (by G rows, and again when it leaves the ring, for a leader corrected by it)
+ *           one row (by G rows, and again when it leaves the ring, for a leader corrected by it);
+ *           where the units of sums grow, G (G + 1) cells and 24 ellipses
  *   judge   R points looked at for the alarm's begin, 4 outcomes named among c, each with H
  *           hypotheses and 24 P evidences
  * Once in 30000 blocks the tables are halved: r B c sums, P grids of G (G + 1), 24 P ellipses. That

@@ -49,8 +49,8 @@ typedef struct rim_bins {
 } rim_bins;
 
 /* A view of one pair's grid. Cell (row, column): row from the second feature, column from the
- * first. cell[row][k] holds 65536 * sum + count of the row's cells 0..k-1, modulo 2^32; k = 0..grid.
- * Sums are in units of 2^*shift steps, *shift at least RIM_GRID_LEAST_SHIFT, and stay within
+ * first. cell[row][k] holds 65536 * sum + count of the row's cells 0..k-1, modulo 2^32; k is 0 to
+ * grid. Sums are in units of 2^*shift steps, *shift at least RIM_GRID_LEAST_SHIFT, and stay within
  * +-16383: the difference of two still has 16 bits. Before one would grow beyond, *shift grows and
  * every sum is halved, which loses half a unit. A unit is 1/64 at first, or 1/8000 of what the
  * residuals that fill a grid add up to in a row. */
@@ -80,8 +80,8 @@ void rimi_grid_clear(const rim_grid *table, uint32_t steps);
 /* A residual, in steps, in the grid's units, and such a sum in steps. */
 int32_t rimi_grid_units(const rim_grid *table, int32_t steps);
 int32_t rimi_grid_steps(const rim_grid *table, int32_t units);
-/* Add one observation, in units, to a cell. Returns whether the units grew. O(grid); O(grid^2) where
- * they do. */
+/* Add one observation, in units, to a cell. Returns whether the units grew. O(grid); O(grid^2)
+ * where they do. */
 bool rimi_grid_add(const rim_grid *table, uint32_t row, uint32_t column, int32_t units);
 /* The same without keeping the prefix property: any number of these, then one rimi_grid_accumulate,
  * equals as many rimi_grid_add on a grid cleared for as many. O(1), O(grid^2). */

@@ -149,8 +149,6 @@ rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
   e->moves = c.moves;
   e->small = c.small;
   e->chains = (uint16_t)chains_of(c.small);
-  e->level_bits = c.small ? SMALL_LEVEL_BITS : LEVEL_BITS;
-  e->in_word = (uint8_t)in_word(c.small);
   e->words = (uint16_t)(row_bytes(c.small, c.features) / 4u);
   e->seed = c.seed;
   lay_out(e);
@@ -268,18 +266,20 @@ static void halve(rim_select *e) {
 
 /* Into the ring; and each feature's bin. */
 static void keep_levels(rim_select *e, uint32_t slot, const double *u, uint8_t *bin) {
+  const uint32_t bits = select_level_bits(e);
+  const uint32_t full = bits * select_in_word(e);
   uint32_t *row = select_row(e, slot);
-  memset(row, 0, 4u * (size_t)e->words);
   uint32_t word = 0;
   uint32_t shift = 0;
   for (uint32_t f = 0; f < e->features; ++f) {
     const uint32_t byte = rimi_bins_cell(u[f], 256);
     bin[f] = (uint8_t)((byte * e->bins) >> 8);
-    row[word] |= (byte >> (8u - e->level_bits)) << shift;
-    shift += e->level_bits;
-    if (shift == e->level_bits * (uint32_t)e->in_word) {
+    word |= (byte >> (8u - bits)) << shift;
+    shift += bits;
+    if (shift == full || f + 1u == e->features) {
+      *row++ = word;
+      word = 0;
       shift = 0;
-      ++word;
     }
   }
 }
@@ -324,10 +324,10 @@ void rimi_select_work(rim_select *e, uint32_t budget) {
     e->entered = 0;
     rimi_select_scan(e, e->scans);
     if (e->pairs > 0) {
-      rimi_select_sweep(e, select_unit_work(e, e->edges, e->held));
+      rimi_select_sweep(e, select_unit_work(e, e->edges));
       update_scores(e);
       if (!e->small || e->entered == 0)
-        rimi_select_pool_move(e, select_unit_work(e, e->moves, e->held));
+        rimi_select_pool_move(e, select_unit_work(e, e->moves));
     }
     update_scores(e);
   }

@@ -40,11 +40,13 @@ static uint32_t clamped_cell(double position, double grid) {
   return (uint32_t)(position < grid ? position : grid);
 }
 
-#define CELL 65536     /* of a column, */
-#define HALF_CELL 4096 /* of a half width, */
-#define HEIGHT                                                                                     \
-  (1 << 20) /* and of z, which is -1 at the lower end of an ellipse and 1 at the upper */
-#define HEIGHT_SHIFT 12u /* HEIGHT / SELECT_ROOTS */
+/* Units of a column, of a half width, and of z, which goes from -HEIGHT at the lower end of an
+ * ellipse to HEIGHT at the upper. */
+#define CELL 65536
+#define HALF_CELL 4096
+#define HEIGHT 1048576
+#define HEIGHT_SHIFT 12u
+_Static_assert(HEIGHT >> HEIGHT_SHIFT == SELECT_ROOTS, "span_of_row");
 
 /* An ellipse, row by row of the grid from first to end - 1, in integers. */
 typedef struct walk {
@@ -54,15 +56,17 @@ typedef struct walk {
   uint32_t half;
 } walk;
 
-/* Of an ellipse that is allowed: then each number fits, |middle| < 64 * 3 cells, to_next < 2^20 / .24,
- * and |z| <= HEIGHT in each row. */
+/* Of an ellipse that is allowed. Then each number fits: |z| <= HEIGHT in each row, |middle| is less
+ * than 64 * 3 cells, to_next less than HEIGHT / .24. */
 static walk walk_over(const rim_select *e, const ellipse *s) {
-  walk w;
+  walk w = {.first = 0};
   const double cells = (double)e->grid / SELECT_ONE;
   const double a = (double)s->a * cells;
   const double cy = (double)s->cy * cells - 0.5;
   w.first = clamped_cell(cy + 1.0 - a, (double)e->grid);
   w.end = clamped_cell(cy + 1.0 + a, (double)e->grid);
+  if (w.first >= w.end)
+    return w;
   const double inverse = 1.0 / a;
   const double z = ((double)w.first - cy) * inverse;
   const double slope = (double)s->b * cells * CELL;
@@ -264,14 +268,12 @@ typedef struct point {
   int32_t residual; /* steps */
 } point;
 
-static uint32_t grid_cell(const rim_select *e, uint32_t byte) { return (byte * e->grid) >> 8; }
-
 static point point_of(const rim_select *e, const pair_state *p, uint32_t slot) {
   const ring_column x = select_column(e, p->x);
   const ring_column y = select_column(e, p->y);
   point at = {.x = select_byte(&x, slot), .y = select_byte(&y, slot)};
-  at.column = grid_cell(e, at.x);
-  at.row = grid_cell(e, at.y);
+  at.column = (at.x * e->grid) >> 8;
+  at.row = (at.y * e->grid) >> 8;
   at.residual = select_residual(e, slot)[p->channel];
   return at;
 }
@@ -357,7 +359,7 @@ static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
   const bool grown = rimi_grid_add(&grid, at.row, at.column, units);
   if (p->exact)
     link_slot(e, &at, slot);
-  if (grown) {
+  if (grown) { /* and every sum on the grid is rounded anew */
     rimi_select_pool_refresh(e, pair);
     return;
   }
@@ -438,7 +440,10 @@ static axes axes_of(const select_offer *offer) {
   return (axes){a, b, rimi_sqrt(rimi_max(offer->shape[0] - b * b, 1e-9))};
 }
 
-static int32_t narrowed(double x) { return (int32_t)(x * SELECT_ONE); }
+/* Beyond 4, which only an upset leaves, and which is not allowed: 4. */
+static int32_t narrowed(double x) {
+  return x > -4.0 && x < 4.0 ? (int32_t)(x * SELECT_ONE) : 4 * SELECT_ONE;
+}
 
 /* An ellipse like the offered one, scattered about it. */
 static ellipse scattered(rim_select *e, const select_offer *offer, const axes *like,

@@ -93,9 +93,8 @@ struct rim_select {
   uint16_t entered; /* pairs that entered the pool in this unit */
   uint16_t base_feature, base_channel, next_feature;
   uint8_t base_first, base_last;
-  uint16_t chains;             /* ellipses a pair in use */
-  uint8_t level_bits, in_word; /* of the ring */
-  uint16_t words;              /* of a row of the ring */
+  uint16_t chains; /* ellipses a pair in use */
+  uint16_t words;  /* of a row of the ring */
   uint32_t next_slice;
   uint32_t count; /* observations in the tables (halved with them) */
   uint32_t total; /* observations ever */
@@ -149,14 +148,6 @@ static inline uint16_t *select_cell(const rim_select *e, uint32_t row, uint32_t 
 static inline uint16_t *select_link(const rim_select *e, uint32_t slot) {
   return (uint16_t *)select_at(e, e->link_at) + slot;
 }
-/* Edges or moves of a unit while `held` observations are held. In the small profile they fall as what
- * another observation changes does: twice those configured at first, 5/8 once the ring is full. */
-static inline uint32_t select_unit_work(const rim_select *e, uint32_t configured, uint32_t held) {
-  if (!e->small)
-    return configured;
-  const uint32_t falling = configured * 5u * e->ring / (8u * (held > 0 ? held : 1u));
-  return falling < 2u * configured ? falling : 2u * configured;
-}
 static inline double select_ln_anom(double s, double n, double a, double b) {
   return n > 0.0 ? s * s / (2.0 * n * (a + b * n)) : 0.0;
 }
@@ -169,11 +160,17 @@ typedef struct ring_column {
   uint32_t up;          /* from a level to a byte */
 } ring_column;
 
+static inline uint32_t select_level_bits(const rim_select *e) {
+  return e->small ? SMALL_LEVEL_BITS : LEVEL_BITS;
+}
+static inline uint32_t select_in_word(const rim_select *e) {
+  return e->small ? SMALL_IN_WORD : LEVELS_IN_WORD;
+}
 static inline ring_column select_column(const rim_select *e, uint32_t feature) {
-  const uint32_t word = feature / e->in_word;
+  const uint32_t bits = select_level_bits(e);
+  const uint32_t word = feature / select_in_word(e);
   return (ring_column){select_row(e, 0) + word, e->words,
-                       (feature - word * e->in_word) * e->level_bits, (1u << e->level_bits) - 1u,
-                       8u - e->level_bits};
+                       (feature - word * select_in_word(e)) * bits, (1u << bits) - 1u, 8u - bits};
 }
 static inline uint32_t select_level(const ring_column *f, uint32_t slot) {
   return (f->word[slot * f->words] >> f->shift) & f->mask;
@@ -189,6 +186,18 @@ static inline uint32_t select_byte(const ring_column *f, uint32_t slot) {
 /* How much a channel's ln anom counts against other channels'. */
 static inline double select_priority(const channel_state *state, double ln_anom) {
   return ln_anom * (double)state->scale - (double)state->offset;
+}
+
+/* Edges or moves of a unit. In the small profile they fall with the observations held, as what
+ * another one changes does: SMALL_FIRST_WORK times those configured at first, 5/8 of them when the
+ * ring is full. */
+#define SMALL_FIRST_WORK 2u
+static inline uint32_t select_unit_work(const rim_select *e, uint32_t configured) {
+  if (!e->small)
+    return configured;
+  const uint32_t falling = configured * 5u * e->ring / (8u * (e->held > 0 ? e->held : 1u));
+  const uint32_t first = SMALL_FIRST_WORK * configured;
+  return falling < first ? falling : first;
 }
 
 /* select_scan.c */

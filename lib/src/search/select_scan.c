@@ -65,15 +65,15 @@ static void set_best(best_interval *best, double s2, double var, double a) {
   best->evidence = s2 * a / var * (1.0 - 1e-9); /* of rounding */
 }
 
-/* Those between two ends of one sign. Bins from one end to another have at most the sum of their own
- * S^2 / (n a) (Cauchy), since those of the other sign take away. Neither end comes back: the later
- * an interval begins, the later it must end to have as much. */
+/* Those between two ends of one sign. Bins from one end to another have at most the sum of their
+ * own S^2 / (n a) (Cauchy), since those of the other sign take away. So the later an interval
+ * begins, the later must it end: `nearest` only grows. */
 static void try_ends(const prefix *p, const ends *e, double a, double b, best_interval *best) {
   uint32_t nearest = 0;
   for (uint32_t i = 0; i < e->count; ++i) {
     if (e->evidence[e->count] - e->evidence[i] <= best->evidence)
       break;
-    while (e->evidence[nearest + 1u] - e->evidence[i] <= best->evidence)
+    while (nearest < i || e->evidence[nearest + 1u] - e->evidence[i] <= best->evidence)
       ++nearest;
     const double n0 = p->n[e->bin[i]];
     const double s0 = p->s[e->bin[i]];
@@ -94,8 +94,8 @@ static void try_ends(const prefix *p, const ends *e, double a, double b, best_in
 /* The most anomalous interval (App. A, Alg. 8, p. 116); its ln_anom is `least` (0 or more) where
  * none has more. Only intervals whose first and last bin deviate the same way are weighed: without
  * an end bin that does not, |S| is no smaller and Var(S) no larger. Compared by
- * cross-multiplication; at most bins (bins + 1) / 2 intervals. Of equals the first stays: those that
- * deviate downwards before those that deviate upwards. */
+ * cross-multiplication; at most bins (bins + 1) / 2 intervals. Of equals the first stays: those
+ * that deviate downwards before those that deviate upwards. */
 static found most_anomalous(const prefix *p, uint32_t bins, double a, double b, double least) {
   ends down;
   ends up;
@@ -481,11 +481,11 @@ static uint32_t try_edge(rim_select *e, base_mask mask, uint16_t f, const histog
  * than the budget asks for. Returns the conditional intervals used. */
 static uint32_t try_edges(rim_select *e, base_mask mask, uint32_t budget) {
   histogram plain[SELECT_AT_ONCE];
-  const uint32_t word = (uint32_t)e->next_feature / e->in_word;
-  const uint32_t before = word * e->in_word;
+  const uint32_t word = (uint32_t)e->next_feature / select_in_word(e);
+  const uint32_t before = word * select_in_word(e);
   const uint32_t first = e->next_feature - before;
   uint32_t end = e->features - before;
-  end = end < e->in_word ? end : e->in_word;
+  end = end < select_in_word(e) ? end : select_in_word(e);
   end = end < first + budget ? end : first + budget;
   plain_histograms(e, mask, word, first, end, plain);
   double bar = pool_bar(e);
