@@ -104,44 +104,119 @@ static void halving_halves_every_sum(void **state) {
     assert_true(sum[i] == 0.5f * (float)(i + 1));
 }
 
+typedef struct held {
+  uint8_t shift;
+  uint32_t cell[G * (G + 1)];
+} held;
+
+static void row_of(const held *h, int row, int low, int high, int32_t *units, uint32_t *n) {
+  *units = 0;
+  *n = 0;
+  rimi_grid_span(h->cell + row * (G + 1), (uint32_t)low, (uint32_t)high, units, n);
+}
+
 static void grid_added_equals_put_and_accumulated(void **state) {
   (void)state;
-  static float s1[G * (G + 1)];
-  static float s2[G * (G + 1)];
-  static uint16_t n1[G * (G + 1)];
-  static uint16_t n2[G * (G + 1)];
-  const rim_grid one = {G, s1, n1};
-  const rim_grid two = {G, s2, n2};
-  rimi_grid_clear(&one);
-  rimi_grid_clear(&two);
-  double row_sum[G] = {0};
-  int row_count[G] = {0};
+  static held h1, h2;
+  const rim_grid one = {G, &h1.shift, h1.cell};
+  const rim_grid two = {G, &h2.shift, h2.cell};
+  rimi_grid_clear(&one, 0);
+  rimi_grid_clear(&two, 0);
+  assert_int_equal(h1.shift, RIM_GRID_LEAST_SHIFT);
+  int32_t sum_of[G][G] = {{0}};
+  uint32_t count_of[G][G] = {{0}};
   for (int i = 0; i < N; ++i) {
-    const uint16_t row = (uint16_t)rimi_rng_below(&rng, G);
-    const uint16_t column = (uint16_t)rimi_rng_below(&rng, G);
-    const double r = ((int)rimi_rng_below(&rng, 2001) - 1000) / 512.0;
-    rimi_grid_add(&one, row, column, r);
-    rimi_grid_put(&two, row, column, r);
-    row_sum[row] += r;
-    ++row_count[row];
+    const uint32_t row = rimi_rng_below(&rng, G);
+    const uint32_t column = rimi_rng_below(&rng, G);
+    const int32_t units = (int32_t)rimi_rng_below(&rng, 201) - 100;
+    assert_false(rimi_grid_add(&one, row, column, units));
+    rimi_grid_put(&two, row, column, units);
+    sum_of[row][column] += units;
+    ++count_of[row][column];
   }
   rimi_grid_accumulate(&two);
-  assert_memory_equal(s1, s2, sizeof s1);
-  assert_memory_equal(n1, n2, sizeof n1);
+  assert_memory_equal(&h1, &h2, sizeof h1);
+  rimi_grid_halve(&two);
   for (int row = 0; row < G; ++row) {
-    assert_true(s1[row * (G + 1)] == 0.0f && n1[row * (G + 1)] == 0);
-    assert_true((double)s1[row * (G + 1) + G] == row_sum[row]);
-    assert_int_equal(n1[row * (G + 1) + G], row_count[row]);
-    for (int k = 0; k < G; ++k)
-      assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
+    assert_int_equal(h1.cell[row * (G + 1)], 0);
+    int32_t in_row = 0;
+    uint32_t rows_count = 0;
+    for (int k = 0; k < G; ++k) {
+      int32_t units;
+      uint32_t n;
+      row_of(&h1, row, k, k + 1, &units, &n);
+      assert_int_equal(units, sum_of[row][k]);
+      assert_int_equal(n, count_of[row][k]);
+      in_row += units;
+      rows_count += n;
+      row_of(&h2, row, 0, k + 1, &units, &n);
+      assert_int_equal(units, in_row / 2);
+      assert_int_equal(n, rows_count / 2);
+    }
   }
-  rimi_grid_halve(&one);
-  for (int i = 0; i < G * (G + 1); ++i)
-    assert_true(s1[i] == 0.5f * s2[i] && n1[i] == n2[i] / 2);
-  for (int row = 0; row < G; ++row) {
-    for (int k = 0; k < G; ++k)
-      assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
+}
+
+/* Steps in units are rounded to the nearest, away from zero where two are as near. */
+static void residuals_are_rounded_to_units(void **state) {
+  (void)state;
+  static held h;
+  const rim_grid grid = {G, &h.shift, h.cell};
+  rimi_grid_clear(&grid, 0);
+  const int32_t steps[] = {0, 3, 4, 11, 12, -3, -4, -11, -12, 32256, -32256};
+  const int32_t units[] = {0, 0, 1, 1, 2, 0, -1, -1, -2, 4032, -4032};
+  for (size_t i = 0; i < sizeof steps / sizeof *steps; ++i)
+    assert_int_equal(rimi_grid_units(&grid, steps[i]), units[i]);
+  assert_int_equal(rimi_grid_steps(&grid, -5), -40);
+}
+
+/* Sums beyond 16 bits: units grow in time up to a standard deviation, and each sum keeps its half;
+ * after that counts are halved too, and the mean stays. */
+static void units_grow_before_a_sum_is_too_large(void **state) {
+  (void)state;
+  for (int sign = -1; sign <= 1; sign += 2) {
+    static held h;
+    const rim_grid grid = {G, &h.shift, h.cell};
+    rimi_grid_clear(&grid, 0);
+    int32_t units;
+    uint32_t n;
+    for (int i = 0; i < 4; ++i)
+      assert_false(rimi_grid_add(&grid, 2, 3, sign * 4000));
+    row_of(&h, 2, 3, 4, &units, &n);
+    assert_int_equal(units, sign * 16000);
+    assert_true(rimi_grid_add(&grid, 2, 3, sign * 4000));
+    assert_int_equal(h.shift, RIM_GRID_LEAST_SHIFT + 1);
+    row_of(&h, 2, 0, G, &units, &n);
+    assert_int_equal(units, sign * 10000);
+    assert_int_equal(n, 5);
+    uint32_t seen = 5;
+    for (; h.shift < RIM_GRID_ONE_SHIFT; ++seen)
+      rimi_grid_add(&grid, 2, 3, rimi_grid_units(&grid, sign * 32256));
+    row_of(&h, 2, 3, 4, &units, &n);
+    assert_int_equal(n, seen);
+    for (uint32_t i = 0; i < RIM_BINS_MAX_COUNT; ++i)
+      rimi_grid_add(&grid, 2, 3, rimi_grid_units(&grid, sign * 32256));
+    assert_int_equal(h.shift, RIM_GRID_ONE_SHIFT);
+    row_of(&h, 2, 3, 4, &units, &n);
+    assert_in_range(n, 100, 16383 / 63 + 1);
+    assert_true(fabs(rimi_grid_steps(&grid, units) / (double)n - sign * 32256.0) < 512.0);
+    row_of(&h, 2, 0, 3, &units, &n);
+    assert_true(units == 0 && n == 0);
   }
+}
+
+/* A grid that is filled at once has units for what is to come into a row. */
+static void units_are_those_of_what_comes(void **state) {
+  (void)state;
+  static held h;
+  const rim_grid grid = {G, &h.shift, h.cell};
+  rimi_grid_clear(&grid, 8191u << 3);
+  assert_int_equal(h.shift, 3);
+  rimi_grid_clear(&grid, (8191u << 3) + 8u);
+  assert_int_equal(h.shift, 4);
+  rimi_grid_clear(&grid, 4096u * 32256u);
+  assert_in_range(h.shift, RIM_GRID_ONE_SHIFT + 1u, RIM_GRID_MOST_SHIFT - 1u);
+  rimi_grid_clear(&grid, UINT32_MAX);
+  assert_int_equal(h.shift, RIM_GRID_MOST_SHIFT);
 }
 
 int main(void) {
@@ -152,6 +227,9 @@ int main(void) {
       cmocka_unit_test(table_equals_plain_sums),
       cmocka_unit_test(halving_halves_every_sum),
       cmocka_unit_test(grid_added_equals_put_and_accumulated),
+      cmocka_unit_test(residuals_are_rounded_to_units),
+      cmocka_unit_test(units_grow_before_a_sum_is_too_large),
+      cmocka_unit_test(units_are_those_of_what_comes),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -29,8 +29,8 @@ static void every_root_is_summed(void **state) {
   rim_select *e = b.monitor->select;
   const uint32_t sum = rimi_select_tables_sum(e);
   for (size_t k = 0; k < sizeof e->root / sizeof *e->root; ++k) {
-    const float was = e->root[k];
-    e->root[k] = was + 1.0f;
+    const uint16_t was = e->root[k];
+    e->root[k] = (uint16_t)(was + 1u);
     assert_int_not_equal(rimi_select_tables_sum(e), sum);
     e->root[k] = was;
   }

@@ -54,20 +54,25 @@ static void count_cells(const pair_state *p, const chain *k, uint32_t pair, doub
   const rim_grid grid = select_grid(engine, pair);
   *s = 0.0;
   *n = 0.0;
-  for (int row = 0; row < 32; ++row) {
-    const double z = ((row + 0.5) / 32.0 - (double)k->shape.cy) / (double)k->shape.a;
+  const double cx = k->shape.cx / (double)SELECT_ONE, cy = k->shape.cy / (double)SELECT_ONE;
+  const double a = k->shape.a / (double)SELECT_ONE, b = k->shape.b / (double)SELECT_ONE;
+  const double c = k->shape.c / (double)SELECT_ONE;
+  for (uint32_t row = 0; row < 32; ++row) {
+    const double z = ((row + 0.5) / 32.0 - cy) / a;
     const int entry = (int)(fabs(z) * 256.0 + 0.5);
     if (entry >= 256)
       continue;
-    const double half = (double)k->shape.c * sqrt(1.0 - (entry / 256.0) * (entry / 256.0));
-    const double middle = (double)k->shape.cx + (double)k->shape.b * z;
-    for (int column = 0; column < 32; ++column) {
+    const double half = c * sqrt(1.0 - (entry / 256.0) * (entry / 256.0));
+    const double middle = cx + b * z;
+    for (uint32_t column = 0; column < 32; ++column) {
       const double x = (column + 0.5) / 32.0;
       if (x <= middle - half || x > middle + half)
         continue;
-      const size_t at = (size_t)row * 33 + (size_t)column;
-      *s += (double)grid.sum[at + 1] - (double)grid.sum[at];
-      *n += grid.count[at + 1] - grid.count[at];
+      int32_t units = 0;
+      uint32_t count = 0;
+      rimi_grid_span(grid.cell + (size_t)row * 33, column, column + 1u, &units, &count);
+      *s += rimi_grid_steps(&grid, units) * RIM_GRID_STEP;
+      *n += count;
     }
   }
   (void)p;
@@ -75,8 +80,8 @@ static void count_cells(const pair_state *p, const chain *k, uint32_t pair, doub
 
 static void ellipses_count_their_cells(void **state) {
   (void)state;
-  for (uint64_t stream = 0; stream < 3; ++stream) {
-    start(stream);
+  for (uint64_t stream = 0; stream < 4; ++stream) {
+    start_with(stream, stream == 3);
     int checked = 0;
     int off = 0;
     for (int i = 0; i < N; ++i) {
@@ -85,7 +90,7 @@ static void ellipses_count_their_cells(void **state) {
         const pair_state *p = select_pair(engine, pair);
         if (!p->active)
           continue;
-        for (int j = 0; j < RIM_SELECT_CHAINS; ++j) {
+        for (uint32_t j = 0; j < engine->chains; ++j) {
           double s;
           double n;
           count_cells(p, &p->chain[j], pair, &s, &n);
@@ -97,17 +102,22 @@ static void ellipses_count_their_cells(void **state) {
       }
       rimi_select_work(engine, 1);
     }
-    assert_true(checked > 10000);
-    assert_true(off * 1000 < checked);
+    assert_true(checked > 8000);
+    print_message("stream %d: %d of %d off\n", (int)stream, off, checked);
+    assert_true(off * 100 < checked);
   }
 }
 
 /* What is carried from observation to observation is what a fresh evaluation would give, exactly:
- * the ring keeps residuals in steps of 1/512, so that every sum is exact. */
+ * the ring keeps residuals in steps and the grid in units, so that every sum is exact; also when the
+ * units grow, since residuals do. */
 static void incremental_equals_fresh(void **state) {
   (void)state;
   start(7);
+  for (int i = N / 2; i < N; ++i)
+    r[i] *= 30.0;
   int exact = 0;
+  bool grown = false;
   for (int i = 0; i < N; ++i) {
     assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
     if (i % 7 == 0) {
@@ -132,6 +142,9 @@ static void incremental_equals_fresh(void **state) {
     }
     rimi_select_work(engine, 1);
   }
+  for (uint32_t pair = 0; pair < engine->pairs; ++pair)
+    grown = grown || select_pair(engine, pair)->grid_shift > RIM_GRID_LEAST_SHIFT;
+  assert_true(grown);
   assert_true(exact > 500);
   assert_true(engine->total > 2 * engine->ring); /* observations did leave the ring */
 }
@@ -154,8 +167,8 @@ static void the_leader_is_exact_on_the_ring(void **state) {
     for (int i = 0; i < RING; ++i) {
       const double x = (floor(256.0 * u[i][p->x]) + 0.5) / 256.0;
       const double y = (floor(256.0 * u[i][p->y]) + 0.5) / 256.0;
-      const double v = (y - (double)e->cy) / (double)e->a;
-      const double h = (x - (double)e->cx - (double)e->b * v) / (double)e->c;
+      const double v = (y * SELECT_ONE - e->cy) / e->a;
+      const double h = (x * SELECT_ONE - e->cx - e->b * v) / e->c;
       n += v * v + h * h < 1.0;
     }
     off += n != (int)p->chain[j].n;
@@ -176,6 +189,30 @@ static void entries_and_moves_are_bounded(void **state) {
     assert_in_range(after.edges - before.edges, 0, 48 + 5);
     before = after;
   }
+}
+
+/* In the small profile a unit has twice the moves configured at first, 5/8 when the ring is full. */
+static void the_small_profile_does_less_as_the_ring_fills(void **state) {
+  (void)state;
+  start_with(19, true);
+  const uint32_t moves = RIM_SELECT_DEFAULT_MOVES;
+  uint32_t first = 0, last = UINT32_MAX;
+  for (int i = 0; i < N; ++i) {
+    assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
+    const rim_select_effort before = rimi_select_get_effort(engine);
+    rimi_select_work(engine, 1);
+    const uint32_t done = rimi_select_get_effort(engine).moves - before.moves;
+    const uint32_t most =
+        i + 1 < 5 * RING / 16 ? 2 * moves : moves * 5 * RING / (8u * engine->held);
+    /* with offers for pairs that are active, or the ellipses of one that enters */
+    assert_in_range(done, 0, (most > SMALL_CHAINS ? most : SMALL_CHAINS) + engine->edges);
+    if (i + 1 < 5 * RING / 16 && done > first)
+      first = done;
+    if (i >= RING && done >= 5 * moves / 8 && done < last)
+      last = done;
+  }
+  assert_true(first >= 2 * moves);
+  assert_int_equal(last, 5 * moves / 8);
 }
 
 static void the_planted_pair_leads(void **state) {
@@ -237,11 +274,13 @@ static void the_small_profile_uses_fewer_ellipses(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {cmocka_unit_test(ellipses_count_their_cells),
-                                     cmocka_unit_test(incremental_equals_fresh),
-                                     cmocka_unit_test(the_leader_is_exact_on_the_ring),
-                                     cmocka_unit_test(entries_and_moves_are_bounded),
-                                     cmocka_unit_test(the_planted_pair_leads),
-                                     cmocka_unit_test(the_small_profile_uses_fewer_ellipses)};
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(ellipses_count_their_cells),
+      cmocka_unit_test(the_small_profile_does_less_as_the_ring_fills),
+      cmocka_unit_test(incremental_equals_fresh),
+      cmocka_unit_test(the_leader_is_exact_on_the_ring),
+      cmocka_unit_test(entries_and_moves_are_bounded),
+      cmocka_unit_test(the_planted_pair_leads),
+      cmocka_unit_test(the_small_profile_uses_fewer_ellipses)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -28,11 +28,11 @@ static const struct {
   rim_work_counts counts;
   rim_work bound;
 } profiles[] = {
-    {"rows, small", {ROWS, .small = true}, {3900, 1096002, 46092, 86224, 124928, 1357146, 629832}},
-    {"rows", {ROWS}, {3900, 5444092, 252372, 86224, 124928, 5911516, 4278672}},
+    {"rows, small", {ROWS, .small = true}, {3900, 2227166, 666132, 86224, 124928, 3108350, 629832}},
+    {"rows", {ROWS}, {3900, 5971996, 1602180, 86224, 124928, 7789228, 1359600}},
     {"rows, corrected and watched",
      {ROWS, .small = true, .corrected = true, .watched = true},
-     {12252, 1096002, 46092, 86224, 124928, 1365498, 629832}},
+     {12252, 2227166, 666132, 86224, 124928, 3116702, 629832}},
     {"trained", {TRAINED}, {16180, 4601712, 1768270, 42740580, 499712, 49626454, 0}},
     {"trained, with all there may be",
      {TRAINED, .integrands = 3, .prototypes = 40, .top = 4, .rates = 12, .corrected = true,

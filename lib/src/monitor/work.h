@@ -34,15 +34,16 @@
  *   search  U times (rimi_select_work):
  *     scans   min(S, r c) intervals: B prefix sums and H hypotheses; r comparisons each
  *     edges   at most 3 bases: r c comparisons and R points each; E + 25 conditional intervals,
- *             for an edge that comes near is tried in 4 more shears and its base once more, and
- *             features of one word are read together; in the small profile 2 E + 25: R points, 16 prefix sums, 136 hypotheses; every sixth of them, or
- *             fifth, one offer: 1 ellipse, 48 evidences
- *     enter   1 pair in the small profile, else 2: G (G + 1) cells cleared, R points read and
- *             put, G^2 accumulated, 24 ellipses of G rows
- *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; in the
- *             small profile 2 M, and none in a unit in which a pair enters. Otherwise the leader is corrected
- *             by the ring: R points and G^2 cells an ellipse, and when another pair leads 48
- *             ellipses more
+ *             2 E + 25 in the small profile: an edge that comes near is tried in 4 more shears and
+ *             its base once more, and features of one word of the ring are read together. Each is
+ *             R points, 16 prefix sums, 136 hypotheses; every sixth of them one offer: 1 ellipse,
+ *             48 evidences
+ *     enter   1 pair in the small profile, else 2: G (G + 1) cells cleared, R points read and put,
+ *             G^2 accumulated, 24 ellipses of G rows
+ *     moves   M ellipses of G rows, 2 M in the small profile, an exponential; M / 12 + 2 looks at
+ *             24 evidences; in the small profile not in a unit in which a pair enters. Otherwise
+ *             the leader is corrected by the ring: R points and G^2 cells an ellipse, and when
+ *             another pair leads 48 ellipses more
  *     scores  2 (c + 24 P) evidences
  *   block   r features into cells, r c sums; P grids gain a point: G sums, 24 ellipses judge it by
  *           one row (by G rows, and again when it leaves the ring, for a leader corrected by it);

@@ -97,10 +97,12 @@ bool rimi_grid_add(const rim_grid *table, uint32_t row, uint32_t column, int32_t
     const int32_t sum = units_of(cell[k]);
     largest = sum > largest ? sum : -sum > largest ? -sum : largest;
   }
-  if (largest <= GRID_MOST || *table->shift >= RIM_GRID_MOST_SHIFT)
+  if (largest <= GRID_MOST)
     return false;
-  ++*table->shift;
-  halve_sums(table, 0);
+  const bool coarser = *table->shift < RIM_GRID_ONE_SHIFT;
+  if (coarser)
+    ++*table->shift;
+  halve_sums(table, coarser ? 0u : 1u);
   return true;
 }
 

@@ -51,16 +51,18 @@ typedef struct rim_bins {
 /* A view of one pair's grid. Cell (row, column): row from the second feature, column from the
  * first. cell[row][k] holds 65536 * sum + count of the row's cells 0..k-1, modulo 2^32; k is 0 to
  * grid. Sums are in units of 2^*shift steps, *shift at least RIM_GRID_LEAST_SHIFT, and stay within
- * +-16383: the difference of two still has 16 bits. Before one would grow beyond, *shift grows and
- * every sum is halved, which loses half a unit. A unit is 1/64 at first, or 1/8000 of what the
- * residuals that fill a grid add up to in a row. */
+ * +-16383: the difference of two still has 16 bits. When one has grown beyond, *shift grows and every
+ * sum is halved, which loses half a unit; but no unit grows beyond a standard deviation, since
+ * rounding would move means: then what was seen weighs one half. A unit is 1/64 at first, or, if
+ * that is more, 1/8000 of what the residuals that fill a grid add up to in a row. */
 typedef struct rim_grid {
   uint16_t grid;
   uint8_t *shift;
   uint32_t *cell; /* [grid][grid + 1] */
 } rim_grid;
 #define RIM_GRID_LEAST_SHIFT 3u /* 63 standard deviations are 4032 units */
-#define RIM_GRID_MOST_SHIFT 15u /* 60000 residuals of 63 standard deviations in one row */
+#define RIM_GRID_ONE_SHIFT 9u   /* one standard deviation */
+#define RIM_GRID_MOST_SHIFT 15u /* filled with a ring of 63 standard deviations in one row */
 
 /* Cell of a unit coordinate: floor(u * cells), clamped to 0..cells - 1. u must not be NaN. */
 uint16_t rimi_bins_cell(double u, uint16_t cells);
@@ -80,8 +82,8 @@ void rimi_grid_clear(const rim_grid *table, uint32_t steps);
 /* A residual, in steps, in the grid's units, and such a sum in steps. */
 int32_t rimi_grid_units(const rim_grid *table, int32_t steps);
 int32_t rimi_grid_steps(const rim_grid *table, int32_t units);
-/* Add one observation, in units, to a cell. Returns whether the units grew. O(grid); O(grid^2)
- * where they do. */
+/* Add one observation, in units, to a cell. Returns whether every sum was halved. O(grid), or
+ * O(grid^2). */
 bool rimi_grid_add(const rim_grid *table, uint32_t row, uint32_t column, int32_t units);
 /* The same without keeping the prefix property: any number of these, then one rimi_grid_accumulate,
  * equals as many rimi_grid_add on a grid cleared for as many. O(1), O(grid^2). */

@@ -356,10 +356,10 @@ static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
   const rim_grid grid = select_grid(e, pair);
   const int32_t units = rimi_grid_units(&grid, at.residual);
   const int32_t of_grid = rimi_grid_steps(&grid, units);
-  const bool grown = rimi_grid_add(&grid, at.row, at.column, units);
+  const bool halved = rimi_grid_add(&grid, at.row, at.column, units);
   if (p->exact)
     link_slot(e, &at, slot);
-  if (grown) { /* and every sum on the grid is rounded anew */
+  if (halved) { /* and rounded anew */
     rimi_select_pool_refresh(e, pair);
     return;
   }
