@@ -106,9 +106,9 @@ static void selections_keep_their_bits(void **state) {
       full = {.ring = RING, .bins = 16, .grid = 16, .pairs = 4},
       small = {.ring = RING, .bins = 8, .grid = 8, .pairs = 3, .small = true},
       lean = {.ring = 64, .bins = 32, .grid = 32, .pairs = 8, .scans = 3, .edges = 9, .moves = 20};
-  bits_are(selection(full, 600), UINT64_C(0xed3dee14b6ba4274));
-  bits_are(selection(small, 400), UINT64_C(0xc589d5fd58d1a55f));
-  bits_are(selection(lean, 400), UINT64_C(0x5c764349be456ae0));
+  bits_are(selection(full, 600), UINT64_C(0xb00833225aa25e03));
+  bits_are(selection(small, 400), UINT64_C(0xed3dee14b6ba4274));
+  bits_are(selection(lean, 400), UINT64_C(0x3b87253392dde3c0));
 }
 
 /* ---- a finished set ---- */
@@ -318,7 +318,7 @@ static void the_bound_of_work_keeps_its_bits(void **state) {
     for (size_t i = 0; i < sizeof all / sizeof *all; ++i)
       take_bits(&digest, all[i]);
   }
-  bits_are(digest, UINT64_C(0x6ab45fed1c0317fe));
+  bits_are(digest, UINT64_C(0x546160cbc9b48382));
 }
 
 int main(void) {

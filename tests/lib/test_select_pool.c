@@ -109,8 +109,8 @@ static void ellipses_count_their_cells(void **state) {
 }
 
 /* What is carried from observation to observation is what a fresh evaluation would give, exactly:
- * the ring keeps residuals in steps and the grid in units, so that every sum is exact; also when the
- * units grow, since residuals do. */
+ * the ring keeps residuals in steps and the grid in units, so that every sum is exact; also when
+ * the units grow, since residuals do. */
 static void incremental_equals_fresh(void **state) {
   (void)state;
   start(7);
@@ -191,7 +191,8 @@ static void entries_and_moves_are_bounded(void **state) {
   }
 }
 
-/* In the small profile a unit has twice the moves configured at first, 5/8 when the ring is full. */
+/* In the small profile a unit has twice the moves configured at first, 5/8 when the ring is full.
+ */
 static void the_small_profile_does_less_as_the_ring_fills(void **state) {
   (void)state;
   start_with(19, true);

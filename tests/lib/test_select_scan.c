@@ -284,9 +284,9 @@ static void nothing_behind_the_ring_is_searched(void **state) {
 }
 
 /* 32 x 32 cells, as many as the small profile tells apart, one observation each. Eight columns
- * deviate much, in eight rows; the next eight a little, in all other rows. Over all rows the columns
- * deviate most together; within the eight rows only the first eight do, and the offer says so: 64
- * observations of -3, ln anom 192^2 / 2 / 64. */
+ * deviate much, in eight rows; the next eight a little, in all other rows. Over all rows the
+ * columns deviate most together; within the eight rows only the first eight do, and the offer says
+ * so: 64 observations of -3, ln anom 192^2 / 2 / 64. */
 static void the_base_is_that_of_the_rows(void **state) {
   (void)state;
   for (int small = 0; small < 2; ++small) {
@@ -355,8 +355,8 @@ static void budgets_are_kept(void **state) {
   assert_int_equal(rimi_select_get_effort(engine).scans - after.scans, D * C);
 }
 
-/* The ring gives back the middle of each feature's level: one of 256, or of 32 in the small profile,
- * where six share a word, and the last word has one. */
+/* The ring gives back the middle of each feature's level: one of 256, or of 32 in the small
+ * profile, where six share a word, and the last word has one. */
 static void levels_are_kept(void **state) {
   (void)state;
   enum { MANY = 13 };

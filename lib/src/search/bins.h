@@ -51,10 +51,10 @@ typedef struct rim_bins {
 /* A view of one pair's grid. Cell (row, column): row from the second feature, column from the
  * first. cell[row][k] holds 65536 * sum + count of the row's cells 0..k-1, modulo 2^32; k is 0 to
  * grid. Sums are in units of 2^*shift steps, *shift at least RIM_GRID_LEAST_SHIFT, and stay within
- * +-16383: the difference of two still has 16 bits. When one has grown beyond, *shift grows and every
- * sum is halved, which loses half a unit; but no unit grows beyond a standard deviation, since
- * rounding would move means: then what was seen weighs one half. A unit is 1/64 at first, or, if
- * that is more, 1/8000 of what the residuals that fill a grid add up to in a row. */
+ * +-16383: the difference of two still has 16 bits. When one has grown beyond, *shift grows and
+ * every sum is halved, which loses half a unit; but no unit grows beyond a standard deviation,
+ * since rounding would move means: then what was seen weighs one half. A unit is 1/64 at first, or,
+ * if that is more, 1/8000 of what the residuals that fill a grid add up to in a row. */
 typedef struct rim_grid {
   uint16_t grid;
   uint8_t *shift;
