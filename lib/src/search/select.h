@@ -154,13 +154,13 @@ rim_status rimi_select_set_channel_scale(rim_select *engine, const float *scale,
  * edge bins. r: `channels` doubles, standardised residuals, clipped at +-RIM_SELECT_CLIP.
  * RIM_E_ARGUMENT: NULL; RIM_E_DATA: NaN or infinity, nothing changed.
  * O(features * channels + pairs * (grid + chains)); when 60000 observations are held, the tables
- * are halved first, O(bytes). Stack < 2 kB. */
+ * are halved first, O(bytes), and so is a pair's grid before a sum no longer fits. Stack < 2 kB. */
 rim_status rimi_select_observe(rim_select *engine, const double *u, const double *r);
 
 /* Search for `budget` units. One unit is at most `scans` interval scans, O(bins^2) each; `edges` +
  * 5 conditional intervals, O(ring + 16^2) each; 2 pairs entering the pool, each a backfill of
  * O(ring + grid^2) and 24 ellipses; `moves` + edges / 5 + 48 further ellipses, O(grid) each (an
- * entering leader is evaluated again); for the leader's ellipses also the ring's points in cells on
+ * entering leader is evaluated again); in the small profile up to twice the edges and moves; for the leader's ellipses also the ring's points in cells on
  * their boundary. Does nothing before the first observation. Stack < 2 kB. */
 void rimi_select_work(rim_select *engine, uint32_t budget);
 
