@@ -56,9 +56,8 @@ static size_t pair_bytes(bool small) {
 static size_t cell_bytes(bool small, size_t grid) {
   return small ? 0u : RIM_SELECT_ROUND8(2u * grid * grid);
 }
-static uint32_t in_word(bool small) { return small ? SMALL_IN_WORD : LEVELS_IN_WORD; }
 static size_t row_bytes(bool small, size_t features) {
-  return 4u * ((features + in_word(small) - 1u) / in_word(small));
+  return 4u * ((features + select_in_word(small) - 1u) / select_in_word(small));
 }
 static size_t link_bytes(bool small, size_t ring) {
   return small ? 0u : RIM_SELECT_ROUND8(2u * ring);
@@ -267,7 +266,7 @@ static void halve(rim_select *e) {
 /* Into the ring; and each feature's bin. */
 static void keep_levels(rim_select *e, uint32_t slot, const double *u, uint8_t *bin) {
   const uint32_t bits = select_level_bits(e);
-  const uint32_t full = bits * select_in_word(e);
+  const uint32_t full = bits * select_in_word(e->small);
   uint32_t *row = select_row(e, slot);
   uint32_t word = 0;
   uint32_t shift = 0;

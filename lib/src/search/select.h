@@ -160,8 +160,9 @@ rim_status rimi_select_observe(rim_select *engine, const double *u, const double
 /* Search for `budget` units. One unit is at most `scans` interval scans, O(bins^2) each; `edges` +
  * 5 conditional intervals, O(ring + 16^2) each; 2 pairs entering the pool, each a backfill of
  * O(ring + grid^2) and 24 ellipses; `moves` + edges / 5 + 48 further ellipses, O(grid) each (an
- * entering leader is evaluated again); in the small profile up to twice the edges and moves; for the leader's ellipses also the ring's points in cells on
- * their boundary. Does nothing before the first observation. Stack < 2 kB. */
+ * entering leader is evaluated again); in the small profile up to twice the edges and moves; for
+ * the leader's ellipses also the ring's points in cells on their boundary. Does nothing before the
+ * first observation. Stack < 2 kB. */
 void rimi_select_work(rim_select *engine, uint32_t budget);
 
 /* The best hypothesis of any channel by score. Returns false, and *out is unchanged, before the

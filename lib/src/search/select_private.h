@@ -163,14 +163,13 @@ typedef struct ring_column {
 static inline uint32_t select_level_bits(const rim_select *e) {
   return e->small ? SMALL_LEVEL_BITS : LEVEL_BITS;
 }
-static inline uint32_t select_in_word(const rim_select *e) {
-  return e->small ? SMALL_IN_WORD : LEVELS_IN_WORD;
-}
+static inline uint32_t select_in_word(bool small) { return small ? SMALL_IN_WORD : LEVELS_IN_WORD; }
 static inline ring_column select_column(const rim_select *e, uint32_t feature) {
   const uint32_t bits = select_level_bits(e);
-  const uint32_t word = feature / select_in_word(e);
+  const uint32_t word = feature / select_in_word(e->small);
   return (ring_column){select_row(e, 0) + word, e->words,
-                       (feature - word * select_in_word(e)) * bits, (1u << bits) - 1u, 8u - bits};
+                       (feature - word * select_in_word(e->small)) * bits, (1u << bits) - 1u,
+                       8u - bits};
 }
 static inline uint32_t select_level(const ring_column *f, uint32_t slot) {
   return (f->word[slot * f->words] >> f->shift) & f->mask;

@@ -481,11 +481,11 @@ static uint32_t try_edge(rim_select *e, base_mask mask, uint16_t f, const histog
  * than the budget asks for. Returns the conditional intervals used. */
 static uint32_t try_edges(rim_select *e, base_mask mask, uint32_t budget) {
   histogram plain[SELECT_AT_ONCE];
-  const uint32_t word = (uint32_t)e->next_feature / select_in_word(e);
-  const uint32_t before = word * select_in_word(e);
+  const uint32_t word = (uint32_t)e->next_feature / select_in_word(e->small);
+  const uint32_t before = word * select_in_word(e->small);
   const uint32_t first = e->next_feature - before;
   uint32_t end = e->features - before;
-  end = end < select_in_word(e) ? end : select_in_word(e);
+  end = end < select_in_word(e->small) ? end : select_in_word(e->small);
   end = end < first + budget ? end : first + budget;
   plain_histograms(e, mask, word, first, end, plain);
   double bar = pool_bar(e);
