@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -70,6 +71,28 @@ std::string wrapped(const std::vector<std::string> &words, const std::string &in
   return text + line + "\n";
 }
 
+// The runs that set the alarm's score, and what the others reach.
+std::string highest_runs(const Training &training) {
+  constexpr std::size_t most = 3;
+  const std::vector<RunScore> &scores = training.scores;
+  const std::vector<std::string> &names = training.plan.layout.outcome_names;
+  std::vector<std::size_t> order(scores.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&scores](std::size_t a, std::size_t b) {
+    return scores[a].score > scores[b].score;
+  });
+  std::vector<std::string> told;
+  for (std::size_t i = 0; i < std::min(most, order.size()); ++i) {
+    const RunScore &s = scores[order[i]];
+    told.push_back(fmt::format("{:.1f} in {} ({})", s.score, training.paths[order[i]],
+                               quantity_of(names[s.channel % names.size()]).words));
+  }
+  told.front() = "highest: " + told.front();
+  told.back() += fmt::format("; half of the runs reach at most {:.1f}",
+                             scores[order[order.size() / 2]].score);
+  return wrapped(told, "  ");
+}
+
 } // namespace
 
 std::string choice_report(const Training &training) {
@@ -117,7 +140,7 @@ std::string promise_report(const Training &training, double false_alarm) {
                  : fmt::format("for the promise to hold in {:.0f} of 100 sets of runs that one may "
                                "happen to learn from",
                                100.0 * kSetsKept));
-  return text;
+  return text + highest_runs(training);
 }
 
 std::string image_report(const std::vector<std::uint8_t> &image) {

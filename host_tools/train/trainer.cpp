@@ -226,12 +226,12 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
 }
 
 // A run far above the others' scores.
-void find_unlike_runs(const std::vector<std::string> &paths, Training *training) {
+void find_unlike_runs(Training *training) {
   std::vector<double> scores;
   for (const RunScore &s : training->scores)
     scores.push_back(s.score);
   const ScoreSpread spread = score_spread(scores);
-  for (std::size_t r = 0; r < paths.size(); ++r) {
+  for (std::size_t r = 0; r < scores.size(); ++r) {
     const RunScore &s = training->scores[r];
     if (s.score <= spread.unlike_bar())
       continue;
@@ -241,7 +241,7 @@ void find_unlike_runs(const std::vector<std::string> &paths, Training *training)
         "{} is unlike the other runs: judged by what they taught it scores {:.1f}, where their "
         "median is {:.1f}; '{}' deviates most. If this run is not healthy, train again without it "
         "(--leave-out-unlike does so): this image has learnt from it",
-        paths[r], s.score, spread.middle,
+        training->paths[r], s.score, spread.middle,
         training->plan.layout.outcome_names[s.channel % outcomes]));
   }
 }
@@ -399,7 +399,8 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   plan.noise = noise_section(training.noise);
   training.promise = promise_for(runs.size(), options.calibration.false_alarm);
   report_outcomes(&training, learnt.behaviour, learnt.agreement);
-  find_unlike_runs(healthy.paths, &training);
+  training.paths = healthy.paths;
+  find_unlike_runs(&training);
   return training;
 }
 

@@ -34,7 +34,8 @@ struct OutcomeReport {
 struct Training {
   FlightPlan plan; // make_image(plan) is the flight image
   std::vector<OutcomeReport> outcomes;
-  std::vector<RunScore> scores; // per run, by what the others taught
+  std::vector<RunScore> scores;   // per run, by what the others taught
+  std::vector<std::string> paths; // of the runs
   std::vector<std::string> warnings;
   std::vector<std::size_t> unlike; // runs whose score is far above the others'
   NoiseModel noise;

@@ -82,6 +82,20 @@ void report_says_what_was_done(void **) {
   assert_true(promise.find("no rate below") == std::string::npos);
   assert_true(has(rim::promise_report(trained(), 0.01), "with 19 runs no rate below 5.0 %"));
   assert_true(has(rim::promise_report(trained(), 0.01), "99 runs are the least for 1 %"));
+  // Which runs set the alarm: the highest first, by name, with what deviates most in it.
+  double largest = -1e30;
+  std::size_t at = 0;
+  for (std::size_t r = 0; r < trained().scores.size(); ++r) {
+    if (trained().scores[r].score > largest) {
+      largest = trained().scores[r].score;
+      at = r;
+    }
+  }
+  assert_int_equal(trained().paths.size(), 19);
+  char highest[80];
+  std::snprintf(highest, sizeof highest, "highest: %.1f in %s (", largest,
+                trained().paths[at].c_str());
+  assert_true(has(promise, highest));
   const auto image = rim::make_image(trained().plan);
   assert_true(has(rim::image_report(image), std::to_string(image.size())));
   assert_true(has(rim::choice_report(trained()),
