@@ -20,7 +20,8 @@ RIM_THREADS=1 "$RIM" train run*.csv --out one.rim --quick > /dev/null
 cmp -s toy.rim one.rim; check "one thread, the same image" 0 $?
 "$RIM" train run*.csv --out again.rim --quick --threads 4 > /dev/null
 cmp -s toy.rim again.rim; check "four threads, the same image" 0 $?
-"$RIM" train run0*.csv --out other.rim --quick > /dev/null
+# (Of eleven runs or fewer everything is learnt again without each: more runs are learnt in less time.)
+"$RIM" train run0*.csv run1[0-2].csv --out other.rim --quick > /dev/null
 ! cmp -s toy.rim other.rim; check "other logs, another image" 0 $?
 
 # Parts of the work teach what the whole does, in any order; what does not belong together is refused.
@@ -43,7 +44,8 @@ for wrong in "--shard 9/8" "--shard 1/2 --merge" "--merge --block-seconds 1" "--
 done
 [ ! -e no.rim ]; check "nothing is left behind" 0 $?
 
-out=$("$RIM" train run0[1-8].csv --out few.rim --quick)
+for i in 1 2 3 4 5 6 7 8; do head -n 401 run0$i.csv > few$i.csv; done
+out=$("$RIM" train few[1-8].csv --out few.rim --quick)
 contains "too few runs: said" "$out" "with 8 runs no rate below 11.1 % can be promised, which is used (5 % was asked for)"
 contains "too few runs: how many it takes" "$out" "19 runs are the least for 5 %"
 contains "too few runs: the rate used" "$out" "promised: at most 11.1 %"
@@ -71,7 +73,7 @@ contains "another rate: named" "$err" "slow.csv: its rows come at 10 Hz, those o
 
 # A plant whose rows come every 20 seconds: no silence of two seconds between them is one.
 plant() { awk -F, -v OFS=, 'NR > 1 {$1 = sprintf("%.0f", 400 * $1)} {print}' "$1" > "$2"; }
-for i in 01 02 03 04 05 06 07 08 09 10; do plant run$i.csv plant$i.csv; done
+for i in 01 02 03 04 05 06 07 08 09 10 11 12; do plant run$i.csv plant$i.csv; done
 "$RIM" train plant*.csv --out plant.rim --quick > /dev/null; check "rows every 20 s" 0 $?
 toy wrong.csv 99 1200 'if (i > 600) v += 0.3'
 plant wrong.csv plant_wrong.csv

@@ -289,7 +289,9 @@ void calibration_searches_as_flight_does(void **) {
 void threads_do_not_change_a_byte(void **) {
   const char *before = std::getenv("RIM_THREADS");
   const std::string kept = before != nullptr ? before : "";
-  const std::vector<rim::Log> logs = made_vehicles(7, 6), others = made_vehicles(8, 6);
+  MadeVehicle brief;
+  brief.rows = 1200;
+  const auto logs = made_vehicles(7, 12, brief), others = made_vehicles(8, 12, brief);
   std::vector<std::vector<std::uint8_t>> images;
   for (const char *threads : {"1", "2", "7"}) {
     setenv("RIM_THREADS", threads, 1);
