@@ -139,14 +139,15 @@ Fitter::all_weights(const std::vector<Question> &questions) const {
   const std::size_t ridges = std::size(kRidges);
   std::vector<std::vector<Eigen::MatrixXd>> weights(
       questions.size(), std::vector<Eigen::MatrixXd>(kFolds * ridges));
-  parallel_for(questions.size() * kFolds, [&](std::size_t i) {
-    const Question &q = questions[i / kFolds];
-    const std::size_t f = i % kFolds;
+  const std::size_t folds = std::min(kFolds, runs_.size()); // the others leave out no run
+  parallel_for(questions.size() * folds, [&](std::size_t i) {
+    const Question &q = questions[i / folds];
+    const std::size_t f = i % folds;
     const Eigen::MatrixXd gram = sub_gram(folds_[f].gram, q.terms);
     const Eigen::MatrixXd cross =
         sub_rows(folds_[f].cross, q.terms).middleCols(q.first, q.targets);
     for (std::size_t l = 0; l < ridges; ++l)
-      weights[i / kFolds][f * ridges + l] = ridge_weights(gram, kRidges[l], cross);
+      weights[i / folds][f * ridges + l] = ridge_weights(gram, kRidges[l], cross);
   });
   return weights;
 }
