@@ -51,7 +51,7 @@ echo "faults found: $found, with rows lost: $both"
 [ $found -ge 20 ] && [ $((10 * both)) -ge $((7 * found)) ]; check "faults are found with rows lost" 0 $?
 cd "$root/tests/vehicles" || exit 1
 
-./wrong_input.py --rim "$RIM" --vehicles engine --train 12 --base 33000 --require > "$here/wrong.txt" 2>&1
+./wrong_input.py --rim "$RIM" --vehicles engine --train 20 --base 33000 --trained "$here/campaign" --require > "$here/wrong.txt" 2>&1
 check "wrong rate, unit and column are named, never healthy" 0 $?
 grep -e ' WRONG ' "$here/wrong.txt"; tail -5 "$here/wrong.txt"
 

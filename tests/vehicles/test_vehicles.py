@@ -84,17 +84,29 @@ class Generators(unittest.TestCase):
 
 
 class Grader(unittest.TestCase):
+    COMMAND = [sys.executable, os.path.join(HERE, "grade.py"), "--vehicles", "tank,arm", "--train", "1", "--healthy", "2",
+               "--per", "1"]
+
+    @classmethod
+    def setUpClass(cls):
+        cls.logs = tempfile.TemporaryDirectory()
+        subprocess.run(cls.COMMAND + ["--csv", cls.logs.name], check=True, capture_output=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.logs.cleanup()
+
     def grade(self, oracle, *more):
         """Exit status and figures of grade.py on two vehicles with a rim that is the oracle."""
-        with tempfile.TemporaryDirectory() as d:
-            out = os.path.join(d, "g.json")
-            command = [sys.executable, os.path.join(HERE, "grade.py"), "--rim", os.path.join(HERE, "oracle.py")]
-            command += ["--vehicles", "tank,arm", "--train", "1", "--healthy", "2", "--per", "1", "--json", out]
-            k = subprocess.run(command + list(more), capture_output=True, text=True,
-                               env=dict(os.environ, ORACLE=oracle))
-            self.assertTrue(os.path.exists(out), k.stderr)
-            with open(out) as f:
-                return k.returncode, json.load(f)["figures"]["all"], k.stdout
+        out = os.path.join(self.logs.name, "g.json")
+        command = self.COMMAND + ["--rim", os.path.join(HERE, "oracle.py"), "--from", self.logs.name, "--json", out]
+        k = subprocess.run(command + list(more), capture_output=True, text=True,
+                           env=dict(os.environ, ORACLE=oracle))
+        self.assertTrue(os.path.exists(out), k.stderr)
+        with open(out) as f:
+            figures = json.load(f)["figures"]["all"]
+        os.remove(out)
+        return k.returncode, figures, k.stdout
 
     def test_all_that_is_right_counts(self):
         all_of_it = "found=1,named=1,sign=1,size=1,covered=1,onset=1,region=1,f1=1,false=0,wrong=0"

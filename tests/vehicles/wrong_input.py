@@ -3,7 +3,7 @@
 """Is input that the monitor was not trained for named as such, and never called healthy?
 
   tests/vehicles/wrong_input.py [--rim build/rim] [--module tests/vehicles/vehicles.py] [--vehicles NAME,...]
-      [--train 20] [--base 0] [--jobs 2] [--keep DIR] [--json FILE] [--require]
+      [--train 20] [--base 0] [--jobs 2] [--keep DIR] [--trained DIR] [--json FILE] [--require]
 
 Trains on healthy runs, then spoils a fresh healthy one: rows at 1/10, 1/5, 1/2 and twice the rate; time in ms,
 us and ns; every sensor that has a unit in another unit; pairs of columns of different ranges swapped; 1e300 in
@@ -11,6 +11,7 @@ every row of a column, or from the middle on; the log cut to a few rows. The cle
 said of it must not be said of all. Right: `rim replay` does not say 'healthy', and what it says first names the
 rate (or the time), or the column and that it is out of range: in the message of exit code 3, on stdout, or
 in an alarm record whose level, kind or sentence says so. --require: exit status 1 where one is wrong.
+--trained: the models and logs that `grade.py --keep DIR` left are taken, and none is trained.
 """
 import argparse
 import concurrent.futures
@@ -134,14 +135,17 @@ def prepare(o, module, v):
     os.makedirs(folder, exist_ok=True)
     logs, ranges = [], None
     for i in range(o.train):
-        columns, rows, _ = module.run(v, o.base + i)
-        logs.append(os.path.join(folder, "train_%03d.csv" % i))
-        verdict.write(logs[-1], columns, rows)
+        logs.append(os.path.join(o.trained or o.dir, v, "train_%03d.csv" % i))
+        if o.trained:
+            columns, rows = verdict.read(logs[-1])
+        else:
+            columns, rows, _ = module.run(v, o.base + i)
+            verdict.write(logs[-1], columns, rows)
         ends = [(min(x), max(x)) for x in zip(*rows)]
         ranges = ends if ranges is None else [(min(a, c), max(b, d)) for (a, b), (c, d) in zip(ranges, ends)]
-    model = os.path.join(folder, "model.rim")
-    k = verdict.train(o.rim, logs, model, *o.train_option)
-    if k.returncode:
+    model = os.path.join(o.trained or o.dir, v, "model.rim")
+    k = None if o.trained else verdict.train(o.rim, logs, model, *o.train_option)
+    if k and k.returncode:
         sys.exit("train %s: exit %d: %s" % (v, k.returncode, k.stderr.strip()))
     columns, rows, _ = module.run(v, o.base + 900)
     for n, (name, want, spoilt) in enumerate(spoil(columns, rows, ranges)):
@@ -158,6 +162,7 @@ def arguments():
     for k, d in (("train", 20), ("base", 0), ("jobs", 2)):
         a.add_argument("--" + k, default=d, type=int)
     a.add_argument("--keep", help="folder for logs, models and alarms")
+    a.add_argument("--trained", help="folder of grade.py --keep, whose models are taken")
     a.add_argument("--json")
     a.add_argument("--require", action="store_true", help="exit 1 where one is wrong")
     a.add_argument("--train-option", action="append", default=[], help="passed to `rim train`")
