@@ -4,10 +4,10 @@
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 cd "$here" || exit 1
-toy_runs
+toy_runs 700
 
 out=$("$RIM" train run*.csv --out toy.rim); check "train" 0 $?
-for text in "20 runs, 24000 rows at 20 Hz: 3 sensors, 1 command," "each run predicted without itself" "filtered commands" "'Seen from' is the constant offset" \
+for text in "20 runs, 14000 rows at 20 Hz: 3 sensors, 1 command," "each run predicted without itself" "filtered commands" "'Seen from' is the constant offset" \
   "promised: at most 4.8 % of healthy runs" "highest of the 20 runs" "features may describe a region" "RAM of one monitor" "toy.rim written"; do
   contains "train prints" "$out" "$text"
 done
@@ -31,7 +31,7 @@ done
 contains "what a part holds" "$out" "^8.part written: the blocks of 2 of 20 runs"
 "$RIM" train --merge [4-8].part [1-3].part --out merged.rim > said; check "learnt from eight parts" 0 $?
 cmp -s toy.rim merged.rim; check "the same image" 0 $?
-contains "of all runs" "$(cat said)" "^20 runs, 24000 rows at 20 Hz: 3 sensors, 1 command,"
+contains "of all runs" "$(cat said)" "^20 runs, 14000 rows at 20 Hz: 3 sensors, 1 command,"
 err=$("$RIM" train --merge [1-7].part --out no.rim 2>&1 >/dev/null); check "a part is missing" 3 $?
 contains "a part is missing: the run is named" "$err" "run08.csv: its blocks are in none of the 7 part files"
 err=$("$RIM" train --merge run01.csv --out no.rim 2>&1 >/dev/null); check "a log instead of a part" 3 $?
@@ -54,14 +54,14 @@ contains "another rate" "$out" "promised: at most 47.6 %"
 
 # What is odd about the logs is named.
 cp run03.csv copy.csv
-awk -F, -v OFS=, 'NR > 600 {$5 += 2} {print}' run04.csv > odd.csv
+awk -F, -v OFS=, 'NR > 350 {$5 += 2} {print}' run04.csv > odd.csv
 err=$("$RIM" train run*.csv copy.csv --out same.rim --quick 2>&1 >/dev/null); check "the same run twice" 0 $?
 contains "the same run twice: named" "$err" "copy.csv holds the same rows as run03.csv"
 err=$("$RIM" train run*.csv odd.csv --out odd.rim --quick 2>&1 >/dev/null); check "a run unlike the others" 0 $?
 contains "a run unlike the others: named" "$err" "odd.csv is unlike the other runs.*'s.speed_mps' deviates most"
 out=$("$RIM" train run*.csv odd.csv --leave-out-unlike --out without.rim --quick); check "without the run unlike the others" 0 $?
 contains "what was left out" "$out" "^left out: odd.csv, a run unlike the others (score [1-9]"
-contains "the rest was learnt" "$out" "^20 runs, 24000 rows"
+contains "the rest was learnt" "$out" "^20 runs, 14000 rows"
 cmp -s toy.rim without.rim; check "the image of the others alone" 0 $?
 "$RIM" train run*.csv --leave-out-unlike --out same.rim --quick > /dev/null
 cmp -s toy.rim same.rim; check "none is unlike: nothing is left out" 0 $?
@@ -75,7 +75,7 @@ contains "another rate: named" "$err" "slow.csv: its rows come at 10 Hz, those o
 plant() { awk -F, -v OFS=, 'NR > 1 {$1 = sprintf("%.0f", 400 * $1)} {print}' "$1" > "$2"; }
 for i in 01 02 03 04 05 06 07 08 09 10 11 12; do plant run$i.csv plant$i.csv; done
 "$RIM" train plant*.csv --out plant.rim --quick > /dev/null; check "rows every 20 s" 0 $?
-toy wrong.csv 99 1200 'if (i > 600) v += 0.3'
+toy wrong.csv 99 700 'if (i > 350) v += 0.3'
 plant wrong.csv plant_wrong.csv
 out=$("$RIM" replay --model plant.rim plant_wrong.csv --fail-on-alarm); check "rows every 20 s: found" 1 $?
 contains "rows every 20 s: said" "$out" "speed reads 0.[23][0-9]* m/s high"
