@@ -46,14 +46,8 @@ void a_run_stands_behind_the_others(void **) {
   }
 }
 
-// What is learnt without run 0, whose outcome is shifted.
-struct Without {
-  rim::Basis basis = whole().basis;
-  rim::Behaviour behaviour;
-  rim::Agreement agreement;
-};
-
-Without without_run_0(double shift) {
+// The runs with their wide matrices.
+std::vector<rim::BlockRun> complete_runs() {
   std::vector<rim::BlockRun> runs;
   for (std::size_t r = 0; r < kRuns; ++r) {
     runs.push_back(whole().runs[r]);
@@ -62,6 +56,35 @@ Without without_run_0(double shift) {
     runs.back().early = wide->early;
     runs.back().late = wide->late;
   }
+  return runs;
+}
+
+// Every wide matrix of every run comes back as it was: from memory, and from the file.
+void wide_matrices_come_back_from_a_file(void **) {
+  const std::vector<rim::BlockRun> runs = complete_runs();
+  const auto bytes = static_cast<std::size_t>(runs[0].terms.size()) * sizeof(double);
+  for (const std::size_t room : {std::size_t{0}, kRuns / 2 * bytes}) {
+    rim::RunStore store(kRuns, room);
+    for (std::size_t r = 0; r < kRuns; ++r)
+      store.put(r, runs[r]);
+    for (std::size_t r = 0; r < kRuns; ++r) {
+      const auto wide = store.wide(r);
+      assert_true(wide->terms.size() > 0 && wide->terms == runs[r].terms);
+      assert_true(wide->early.size() > 0 && wide->early == runs[r].early);
+      assert_true(wide->late.size() > 0 && wide->late == runs[r].late);
+    }
+  }
+}
+
+// What is learnt without run 0, whose outcome is shifted.
+struct Without {
+  rim::Basis basis = whole().basis;
+  rim::Behaviour behaviour;
+  rim::Agreement agreement;
+};
+
+Without without_run_0(double shift) {
+  std::vector<rim::BlockRun> runs = complete_runs();
   runs[0].outcome.col(kOutcome).array() += shift;
   const rim::RunStore store = rim::RunStore(runs).without(0);
   Without w;
@@ -134,6 +157,7 @@ void a_few_runs_keep_their_promise(void **) {
 
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(a_run_stands_behind_the_others),
+      cmocka_unit_test(wide_matrices_come_back_from_a_file),
                               cmocka_unit_test(a_run_that_is_only_judged_teaches_nothing),
                               cmocka_unit_test(it_is_predicted_as_well_as_the_others),
                               cmocka_unit_test(a_few_runs_keep_their_promise)};
