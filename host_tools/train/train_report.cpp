@@ -81,6 +81,9 @@ std::string highest_runs(const Training &training) {
   std::stable_sort(order.begin(), order.end(), [&scores](std::size_t a, std::size_t b) {
     return scores[a].score > scores[b].score;
   });
+  std::vector<double> all;
+  for (const RunScore &s : scores)
+    all.push_back(s.score);
   std::vector<std::string> told;
   for (std::size_t i = 0; i < std::min(most, order.size()); ++i) {
     const RunScore &s = scores[order[i]];
@@ -88,8 +91,7 @@ std::string highest_runs(const Training &training) {
                                quantity_of(names[s.channel % names.size()]).words));
   }
   told.front() = "highest: " + told.front();
-  told.back() += fmt::format("; half of the runs reach at most {:.1f}",
-                             scores[order[order.size() / 2]].score);
+  told.back() += fmt::format("; half of the runs reach at most {:.1f}", score_spread(all).middle);
   return wrapped(told, "  ");
 }
 
