@@ -5,6 +5,10 @@
 
 #include "util/error.hpp"
 
+extern "C" {
+#include "monitor/blocks.h"
+}
+
 namespace rim {
 
 Layout layout_of(const Log &log) {
@@ -71,8 +75,13 @@ double whole_turn(const Layout &layout, std::size_t feature) {
 }
 
 void mark_angle(Layout *layout, std::size_t feature) {
-  const unsigned bit = in_degrees(layout->feature_units[feature]) ? 4U : 2U;
+  const unsigned bit =
+      in_degrees(layout->feature_units[feature]) ? BLOCKS_ANGLE_DEG : BLOCKS_ANGLE_RAD;
   layout->command[feature] = static_cast<std::uint8_t>(layout->command[feature] | bit);
+}
+
+bool is_angle(const Layout &layout, std::size_t feature) {
+  return (layout.command[feature] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
 }
 
 } // namespace rim

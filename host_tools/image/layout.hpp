@@ -29,5 +29,6 @@ void check_layout(const Layout &layout, const Log &log);
 double whole_turn(const Layout &layout, std::size_t feature);
 // Marks a feature with such a unit, whose readings jump by most of a turn, as an angle.
 void mark_angle(Layout *layout, std::size_t feature);
+bool is_angle(const Layout &layout, std::size_t feature);
 
 } // namespace rim

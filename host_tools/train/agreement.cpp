@@ -111,25 +111,26 @@ double offset_variance(const std::vector<Eigen::VectorXd> &series, std::size_t r
   return variance / (1.0 + half * (1.0 - rho) * (1.0 - rho));
 }
 
+bool is_angle_outcome(const Layout &layout, Eigen::Index outcome) {
+  return is_angle(layout, layout.outcome_feature[static_cast<std::size_t>(outcome)]);
+}
+
 // The few others that an outcome follows from, and the constant; none where they explain little.
 std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
                                      Eigen::Index outcome) {
   const Sums &all = r.folds[kFolds];
   const Eigen::Index constant = all.gram.rows() - 1;
-  const auto is_angle = [&](Eigen::Index j) {
-    const std::uint16_t feature = layout.outcome_feature[static_cast<std::size_t>(j)];
-    return (layout.command[feature] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
-  };
   double left = 0.0;
   for (std::size_t i = 0; i < r.runs; ++i)
     left += r.rows(i).y.col(outcome).squaredNorm();
   const double own = left;
   std::vector<Eigen::Index> chosen = {constant};
-  while (!is_angle(outcome) && chosen.size() <= kFew) {
+  while (!is_angle_outcome(layout, outcome) && chosen.size() <= kFew) {
     double least = (1.0 - kFewWins) * left;
     Eigen::Index best = -1;
     for (Eigen::Index j = 0; j < constant; ++j) {
-      if (j == outcome || is_angle(j) || std::find(chosen.begin(), chosen.end(), j) != chosen.end())
+      if (j == outcome || is_angle_outcome(layout, j) ||
+          std::find(chosen.begin(), chosen.end(), j) != chosen.end())
         continue;
       std::vector<Eigen::Index> with = chosen;
       with.push_back(j);
@@ -376,7 +377,7 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
     choice->try_residuals(columns_without(o, j, a.row.cols() - AGREEMENT_FIRST));
   if (o > 1 && has_integrands)
     choice->try_few();
-  if (!sources.level.empty())
+  if (!sources.level.empty() && !is_angle_outcome(sources.layout, j))
     choice->try_level();
   if (o > 1 && has_integrands)
     choice->try_integral();

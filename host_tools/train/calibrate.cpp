@@ -444,8 +444,7 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
   }
   for (std::size_t o = 0; o < layout.outcome_feature.size(); ++o) {
     const std::uint16_t f = layout.outcome_feature[o];
-    const bool is_angle = layout.command[f] > 1;
-    const bool predicted = o < r2.size() && r2[o] >= kPredictable && !is_angle;
+    const bool predicted = o < r2.size() && r2[o] >= kPredictable && !is_angle(layout, f);
     candidates.emplace_back(f, predicted ? static_cast<std::uint16_t>(o)
                                          : static_cast<std::uint16_t>(0xffff));
   }

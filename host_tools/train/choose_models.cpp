@@ -388,12 +388,10 @@ std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen,
                                   const Layout &layout) {
   std::vector<double> asked(layout.outcomes(), 0.0);
   for (std::size_t o = 0; o < asked.size(); ++o) {
-    const bool is_angle =
-        (layout.command[layout.outcome_feature[o]] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
     const bool from_outside =
         std::find(chosen.outside.begin(), chosen.outside.end(), o) != chosen.outside.end();
     const TargetModel &model = chosen.targets[o];
-    if (!is_angle && !from_outside &&
+    if (!is_angle(layout, layout.outcome_feature[o]) && !from_outside &&
         model.whole_error > kRolledWorth * fitter.spread(static_cast<Eigen::Index>(o)))
       asked[o] = std::sqrt(model.error * model.whole_error);
   }

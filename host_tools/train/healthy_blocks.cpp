@@ -39,10 +39,6 @@ bool varies(const Survey &survey, std::size_t feature) {
   return survey.high(feature) > survey.low(feature);
 }
 
-bool is_angle(const Layout &layout, std::size_t feature) {
-  return (layout.command[feature] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
-}
-
 bool is_outcome(const Layout &layout, std::size_t feature) {
   return std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(), feature) !=
          layout.outcome_feature.end();

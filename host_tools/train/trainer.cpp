@@ -131,6 +131,10 @@ Level fit_level(const Layout &layout, const RunStore &runs) {
   options.focus = 0.0; // prototypes by phase alone: else they learn the runs' own offsets
   for (const std::uint16_t f : layout.outcome_feature)
     options.exclude.push_back(f);
+  for (std::size_t f = 0; f < layout.features(); ++f) {
+    if (is_angle(layout, f))
+      options.ignore.push_back(static_cast<int>(f));
+  }
   const FitResult fit = fit_nominal(x, y, run_of, options);
   Level level;
   level.section = nominal_section(fit.model);
@@ -158,9 +162,7 @@ bool wants_level(const Layout &layout, const RunStore &runs) {
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
     rows += run.blocks();
-  const bool has_angle = std::any_of(layout.command.begin(), layout.command.end(),
-                                     [](std::uint8_t role) { return role > 1; });
-  return !layout.external && layout.outcomes() >= 3 && !has_angle &&
+  return !layout.external && layout.outcomes() >= 3 &&
          rows >= 40 * static_cast<Eigen::Index>(layout.features());
 }
 

@@ -66,7 +66,7 @@ static inline void plant(uint32_t channel, search_family family, double score, d
                                .ln_ratio = (float)score,
                                .shift = (float)shift,
                                .sd = 1.0f,
-                               .blocks = 10};
+                               .blocks = onset < BLOCKS ? BLOCKS - onset : 10};
   channel_state *state = search_state(m->search, channel);
   state->time = h;
   state->region.score = SEARCH_NONE;

@@ -55,12 +55,13 @@ static void the_twin_that_is_wrong(void **state) {
   }
 }
 
-/* Which outcomes' behaviour is off, by this from block 40 on, in units of 0.05. */
-static double off_by[O];
+/* Which outcomes' behaviour is off, and the second's agreement, by this from block 40 on, in units
+ * of 0.05. */
+static double off_by[O], reading_off_by;
 
 static double off_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
   (void)byte;
-  return channel < O && i >= 40 ? off_by[channel] : 0.0;
+  return i < 40 ? 0.0 : channel < O ? off_by[channel] : channel == A1 ? reading_off_by : 0.0;
 }
 
 /* Two sensors disagree. The agreement of the first leads, but the commands say that it is right,
@@ -81,6 +82,7 @@ static void the_reading_that_the_commands_deny(void **state) {
     from(&r, false);
     off_by[0] = of[i].off[0];
     off_by[1] = of[i].off[1];
+    reading_off_by = 4.0;
     feed(off_since_40, 1.0);
     plant_nothing();
     plant(A0, SEARCH_SINCE, 4.0 * alarm_at, as_shift(A0, 4.0), 40);
@@ -89,33 +91,44 @@ static void the_reading_that_the_commands_deny(void **state) {
   }
 }
 
-/* The same, where the second began to disagree then. */
-static void two_sensors_disagree_at_once(void **state) {
+/* The same, where the second deviates as long as the first does, by a step or by a drift that comes
+ * to as much on the mean. */
+static void two_sensors_disagree_together(void **state) {
   (void)state;
   rim_alarm a;
   const recipe r = without_integrals();
-  from(&r, false);
-  off_by[0] = 0.0;
-  off_by[1] = 4.0;
-  feed(off_since_40, 1.0);
+  const double drift = 4.0 * 512.0 / (BLOCKS - 40.0);
   const struct {
+    double reading; /* what the second's agreement is off by */
     search_family family[2];
+    double found[2]; /* shifts, in units of 0.05 */
     uint32_t onset[2];
     uint16_t named;
-  } of[] = {{{SEARCH_SINCE, SEARCH_SINCE}, {40, 40 + SEARCH_LEAST}, A1},
-            {{SEARCH_SINCE, SEARCH_SINCE}, {40, 41 + SEARCH_LEAST}, A0},
-            {{SEARCH_SINCE, SEARCH_SINCE}, {40 + SEARCH_LEAST, 40}, A1},
-            {{SEARCH_SINCE, SEARCH_SINCE}, {41 + SEARCH_LEAST, 40}, A0},
-            {{SEARCH_SINCE, SEARCH_RAMP}, {40, 40}, A0},
-            {{SEARCH_RAMP, SEARCH_SINCE}, {40, 40}, A0},
+  } of[] = {{4.0, {SEARCH_SINCE, SEARCH_SINCE}, {4.0, 4.0}, {40, 40}, A1},
+            {4.0, {SEARCH_SINCE, SEARCH_SINCE}, {4.0, 4.0}, {40, 60}, A1},
+            {4.0, {SEARCH_SINCE, SEARCH_RAMP}, {4.0, drift}, {40, 40}, A1},
+            {4.0, {SEARCH_RAMP, SEARCH_SINCE}, {drift, 4.0}, {40, 40}, A1},
+            {4.0, {SEARCH_RAMP, SEARCH_RAMP}, {drift, drift}, {40, 40}, A1},
+            {4.0, {SEARCH_GAIN, SEARCH_GAIN}, {0.1, 0.1}, {40, 40}, A0}, /* of which its blocks show none */
+            /* The second does not deviate where the first does. */
+            {0.0, {SEARCH_SINCE, SEARCH_SINCE}, {4.0, 4.0}, {40, 40}, A0},
+            {0.0, {SEARCH_RAMP, SEARCH_RAMP}, {drift, drift}, {40, 40}, A0},
             /* Of no block the commands say nothing. */
-            {{SEARCH_SINCE, SEARCH_SINCE}, {BLOCKS, BLOCKS}, A0}};
+            {4.0, {SEARCH_SINCE, SEARCH_SINCE}, {4.0, 4.0}, {BLOCKS, BLOCKS}, A0}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    from(&r, false);
+    off_by[0] = 0.0;
+    off_by[1] = 4.0;
+    reading_off_by = of[i].reading;
+    feed(off_since_40, 1.0);
     plant_nothing();
-    plant(A0, of[i].family[0], 4.0 * alarm_at, as_shift(A0, 4.0), of[i].onset[0]);
-    plant(A1, of[i].family[1], 2.8 * alarm_at, as_shift(A1, 4.0), of[i].onset[1]);
+    plant(A0, of[i].family[0], 4.0 * alarm_at, as_shift(A0, of[i].found[0]), of[i].onset[0]);
+    plant(A1, of[i].family[1], 2.8 * alarm_at, as_shift(A1, of[i].found[1]), of[i].onset[1]);
     assert_int_equal(named(A0, &a), of[i].named);
   }
+  reading_off_by = 4.0;
+  from(&r, false);
+  feed(off_since_40, 1.0);
   plant_nothing(); /* how its noise changed, the next channel after the agreements, is no reading */
   plant(A0, SEARCH_SINCE, 4.0 * alarm_at, as_shift(A0, 4.0), 40);
   plant(A1, SEARCH_SINCE, 2.8 * alarm_at, as_shift(A1, 4.0), 40);
@@ -749,7 +762,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_twin_that_is_wrong),
       cmocka_unit_test(the_reading_that_the_commands_deny),
-      cmocka_unit_test(two_sensors_disagree_at_once),
+      cmocka_unit_test(two_sensors_disagree_together),
       cmocka_unit_test(the_vehicle_before_its_sensors),
       cmocka_unit_test(a_time_without_blocks),
       cmocka_unit_test(another_time_is_another_matter),

@@ -45,10 +45,11 @@ static bool values_ok(const rim_nominal *m, size_t first, size_t count, bool pos
   return true;
 }
 
-static bool gate_weights_ok(const rim_nominal *m) {
+/* Every value of a row of the inputs' finite and not below 0. */
+static bool factors_ok(const rim_nominal *m, uint32_t block) {
   for (uint32_t i = 0; i < m->inputs; ++i) {
-    const double g = value_at(m, inputs_at(m, 2u) + i);
-    if (!rimi_is_finite(g) || g < 0.0) {
+    const double factor = value_at(m, inputs_at(m, block) + i);
+    if (!rimi_is_finite(factor) || factor < 0.0) {
       return false;
     }
   }
@@ -108,7 +109,7 @@ rim_status rimi_nominal_open(rim_nominal *model, const uint8_t *section, size_t 
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   }
   bool ok = values_ok(&m, inputs_at(&m, 0), m.inputs, false) &&
-            values_ok(&m, inputs_at(&m, 1u), m.inputs, true) && gate_weights_ok(&m);
+            factors_ok(&m, 1u) && factors_ok(&m, 2u);
   for (uint32_t p = 0; ok && p < m.prototypes; ++p) {
     ok = prototype_ok(&m, p);
   }

@@ -130,7 +130,7 @@ bool rimi_alarm_life_idle(rim_alarm_life *life, double now_s) {
 static bool is_other(const rim_alarm *a, const rim_alarm *b) {
   if (a->kind != b->kind || a->channels != b->channels || a->region.dims != b->region.dims)
     return true;
-  if (a->channels > 0 && a->channel[0] != b->channel[0])
+  if (a->channels > 0 && (a->channel[0] != b->channel[0] || a->shift[0] * b->shift[0] < 0.0))
     return true;
   for (uint8_t d = 0; d < a->region.dims && d < RIM_REGION_MAX_DIMS; ++d)
     if (a->region.feature[d] != b->region.feature[d])
@@ -143,9 +143,11 @@ static bool is_update(const rim_alarm *last, const rim_alarm_slot_config *config
   const double since_s = now_s - last->t_s;
   if (since_s >= 0.0 && since_s < config->inhibit_s) /* a clock that went back inhibits nothing */
     return false;
+  /* What would not raise an alarm does not replace what has raised one. */
+  if (is_other(candidate, last))
+    return candidate->level == RIM_LEVEL_ERROR;
   const double moved = rimi_abs(candidate->ln_anom - last->ln_anom);
-  return is_other(candidate, last) ||
-         (moved > 0.0 && moved >= config->update_ratio * rimi_abs(last->ln_anom));
+  return moved > 0.0 && moved >= config->update_ratio * rimi_abs(last->ln_anom);
 }
 
 static void begin(rim_alarm_life *life, rim_alarm_slot *slot, double now_s,

@@ -240,26 +240,17 @@ static bool deviates_too(const rim_monitor *m, uint16_t leading, uint16_t c) {
              TOGETHER * score;
 }
 
-/* How much the behaviour of a channel's outcome speaks for the shift that its agreement shows. */
+/* How much the behaviour of a channel's outcome speaks for what its agreement shows on the mean. */
 static double confirmed(const rim_monitor *m, uint16_t agreement) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const search_hypothesis h = *rimi_search_best(m->search, agreement);
-  const noise_channel n = rimi_noise_channel(&m->models.noise, agreement);
-  return support_by(m, agreement - outcomes, agreement % outcomes, (double)h.shift * (double)n.s,
-                    h.onset);
+  uint32_t since;
+  const double bias = mean_shift(m, agreement, &since);
+  return support_by(m, agreement - outcomes, agreement % outcomes, bias, since);
 }
 
-/* Whether two channels are shifted from the same time on, and have been since. */
-static bool is_at_once(const rim_monitor *m, uint16_t a, uint16_t b) {
-  const search_hypothesis *of_a = rimi_search_best(m->search, a);
-  const search_hypothesis *of_b = rimi_search_best(m->search, b);
-  return of_a->family == SEARCH_SINCE && of_b->family == SEARCH_SINCE &&
-         of_a->onset <= of_b->onset + SEARCH_LEAST && of_b->onset <= of_a->onset + SEARCH_LEAST;
-}
-
-/* Two sensors disagree: their agreements both deviate at once, and the larger score need not be
- * that of the sensor that is off. Where the commands say that the leading one is right and that the
- * next one is off, it is the next one. */
+/* Two sensors disagree: their agreements deviate together, and the larger score need not be that of
+ * the sensor that is off. Where the commands say that the leading one is right and that the next
+ * one is off, it is the next one. */
 static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (rimi_agreement_integral(&m->models.agreement, leading % outcomes) < outcomes)
@@ -269,13 +260,13 @@ static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
       rimi_max(BEHAVIOUR_SHARE * rimi_cause_score(m, leading), m->models.threshold.alarm_score);
   for (uint16_t j = 0; j < outcomes; ++j) {
     const uint16_t c = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + j);
-    if (c == leading || rimi_cause_is_into(m, c) || rimi_cause_score(m, c) < score ||
-        !is_at_once(m, leading, c))
+    if (c == leading || rimi_cause_is_into(m, c) || rimi_cause_score(m, c) < score)
       continue;
     score = rimi_cause_score(m, c);
     next = c;
   }
-  return next != leading && confirmed(m, next) >= SPEAKS && confirmed(m, leading) <= -SPEAKS
+  return next != leading && deviates_too(m, leading, next) && confirmed(m, next) >= SPEAKS &&
+                 confirmed(m, leading) <= -SPEAKS
              ? next
              : leading;
 }
