@@ -144,30 +144,6 @@ static void updates_are_inhibited(void **state) {
   assert_int_equal(out.seq, 6);
 }
 
-/* Between the warning and the alarm the alarm still stands. The same finding may weaken there;
- * another finding, or the other direction, would not have raised it. */
-static void a_warning_does_not_replace_a_finding(void **state) {
-  (void)state;
-  start(&CONFIG, false);
-  raise(REGIONS, 0.2);
-  rim_alarm a = finding(10.0, RIM_LEVEL_WARN);
-  assert_true(row(REGIONS, 2.0, &a));
-  assert_true(out.ln_anom == 10.0);
-  a.shift[0] = -a.shift[0];
-  assert_false(row(REGIONS, 4.0, &a));
-  a.shift[0] = -a.shift[0];
-  a.channel[0]++;
-  assert_false(row(REGIONS, 6.0, &a));
-  a.channel[0]--;
-  a.kind = (uint8_t)(a.kind == 0);
-  assert_false(row(REGIONS, 8.0, &a));
-  a.level = RIM_LEVEL_ERROR;
-  assert_true(row(REGIONS, 10.0, &a));
-  a.shift[0] = -a.shift[0];
-  assert_true(row(REGIONS, 12.0, &a));
-  assert_int_equal(out.seq, 4);
-}
-
 /* Another region is news, however little its score has moved; what lies beyond its features is not
  * of it. */
 static void another_region_is_news(void **state) {
@@ -782,7 +758,6 @@ int main(void) {
       cmocka_unit_test(is_raised_after_so_many_steps_in_a_row),
       cmocka_unit_test(zero_steps_raise_at_once),
       cmocka_unit_test(updates_are_inhibited),
-      cmocka_unit_test(a_warning_does_not_replace_a_finding),
       cmocka_unit_test(another_region_is_news),
       cmocka_unit_test(a_clock_that_goes_back_inhibits_nothing),
       cmocka_unit_test(is_cleared_once_with_the_region_it_had),

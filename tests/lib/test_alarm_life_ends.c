@@ -80,6 +80,28 @@ static void an_update_that_is_just_one(void **state) {
   assert_true(row(6.0, &little));
 }
 
+/* Between the warning and the alarm the alarm still stands. The same finding may weaken there;
+ * another one, or the other direction, would not have raised it. */
+static void a_warning_does_not_replace_a_finding(void **state) {
+  (void)state;
+  rim_alarm a = finding(20.0);
+  raised(0.25, &a);
+  a.level = RIM_LEVEL_WARN;
+  a.ln_anom = 10.0;
+  assert_true(row(2.0, &a));
+  assert_true(out.ln_anom == 10.0);
+  rim_alarm other[3] = {a, a, a};
+  other[0].shift[0] = -a.shift[0];
+  other[1].channel[0]++;
+  other[2].kind = (uint8_t)(a.kind == 0);
+  for (int i = 0; i < 3; ++i)
+    assert_false(row(4.0 + 2.0 * i, &other[i]));
+  for (int i = 0; i < 3; ++i) {
+    other[i].level = RIM_LEVEL_ERROR;
+    assert_true(row(10.0 + 2.0 * i, &other[i]));
+  }
+}
+
 /* Without an outcome there is none that could be another. */
 static void what_is_not_named_makes_no_other_alarm(void **state) {
   (void)state;
@@ -151,6 +173,7 @@ int main(void) {
       cmocka_unit_test(silence_is_longer_than_its_time),
       cmocka_unit_test(silence_breaks_what_each_detector_found),
       cmocka_unit_test(an_update_that_is_just_one),
+      cmocka_unit_test(a_warning_does_not_replace_a_finding),
       cmocka_unit_test(what_is_not_named_makes_no_other_alarm),
       cmocka_unit_test(what_would_raise),
       cmocka_unit_test(the_older_record_leaves_first),

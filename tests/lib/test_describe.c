@@ -109,7 +109,8 @@ static void two_sensors_disagree_together(void **state) {
             {4.0, {SEARCH_SINCE, SEARCH_RAMP}, {4.0, drift}, {40, 40}, A1},
             {4.0, {SEARCH_RAMP, SEARCH_SINCE}, {drift, 4.0}, {40, 40}, A1},
             {4.0, {SEARCH_RAMP, SEARCH_RAMP}, {drift, drift}, {40, 40}, A1},
-            {4.0, {SEARCH_GAIN, SEARCH_GAIN}, {0.1, 0.1}, {40, 40}, A0}, /* of which its blocks show none */
+            /* A gain, of which the first's own blocks show none. */
+            {4.0, {SEARCH_GAIN, SEARCH_GAIN}, {0.1, 0.1}, {40, 40}, A0},
             /* The second does not deviate where the first does. */
             {0.0, {SEARCH_SINCE, SEARCH_SINCE}, {4.0, 4.0}, {40, 40}, A0},
             {0.0, {SEARCH_RAMP, SEARCH_RAMP}, {drift, drift}, {40, 40}, A0},

@@ -108,8 +108,8 @@ rim_status rimi_nominal_open(rim_nominal *model, const uint8_t *section, size_t 
   if (bytes != need) {
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   }
-  bool ok = values_ok(&m, inputs_at(&m, 0), m.inputs, false) &&
-            factors_ok(&m, 1u) && factors_ok(&m, 2u);
+  bool ok =
+      values_ok(&m, inputs_at(&m, 0), m.inputs, false) && factors_ok(&m, 1u) && factors_ok(&m, 2u);
   for (uint32_t p = 0; ok && p < m.prototypes; ++p) {
     ok = prototype_ok(&m, p);
   }
