@@ -440,8 +440,6 @@ FitResult fit_nominal(const Matrix &x, const Matrix &y, const std::vector<std::u
     blank.gate_weight[static_cast<Eigen::Index>(i)] = to_single(options.gate_weight[i]);
   }
   standardise_inputs(x, blank);
-  for (const int i : options.ignore)
-    blank.centre[i] = blank.inverse_scale[i] = 0.0;
   data.xs = standardised(blank, x);
 
   const auto rows = static_cast<double>(y.rows());

@@ -39,7 +39,6 @@ struct FitOptions {
   std::uint32_t top = 4;                                                    // 1..8
   std::vector<int> exclude; // per output: input whose coefficient is zero, -1 none; empty: none
   std::vector<double> gate_weight; // per input, >= 0; empty: 1 each
-  std::vector<int> ignore;         // inputs that count for nothing
   std::vector<double> input_error; // per input: sd of its reading's own error; empty: white_noise()
   double focus = 0.5;              // 0..1: share of prototypes placed by where one map errs most
   double prefer_fewer = 0.01;      // a larger model must lower the error by this fraction

@@ -90,6 +90,20 @@ struct Level {
   std::vector<Matrix> beyond;        // 1 where a block lies beyond what the other runs taught
 };
 
+Eigen::Index level_inputs(const Layout &layout) {
+  return rimi_level_inputs(layout.command.data(), static_cast<std::uint32_t>(layout.features()),
+                           nullptr, nullptr);
+}
+
+// What section LEVEL sees of every block: blocks x level_inputs().
+Matrix level_inputs(const Layout &layout, const Matrix &context) {
+  Matrix x(context.rows(), level_inputs(layout));
+  for (Eigen::Index i = 0; i < context.rows(); ++i)
+    (void)rimi_level_inputs(layout.command.data(), static_cast<std::uint32_t>(layout.features()),
+                            context.row(i).data(), x.row(i).data());
+  return x;
+}
+
 // Runs that were not learnt from, as the flight code judges them.
 void judge_level(const Layout &layout, const RunStore &runs, Level *level) {
   rim_nominal model;
@@ -98,11 +112,11 @@ void judge_level(const Layout &layout, const RunStore &runs, Level *level) {
   const std::size_t outcomes = layout.outcomes();
   auto beyond = std::make_unique<bool[]>(outcomes);
   for (std::size_t r = runs.size(); r < runs.all(); ++r) {
-    const Matrix &context = runs[r].context;
-    level->predicted.push_back(predict_flight(level->section, context).mean);
-    Matrix of_run(context.rows(), static_cast<Eigen::Index>(outcomes));
-    for (Eigen::Index i = 0; i < context.rows(); ++i) {
-      if (rimi_nominal_beyond(&model, context.row(i).data(), layout.outcome_feature.data(),
+    const Matrix x = level_inputs(layout, runs[r].context);
+    level->predicted.push_back(predict_flight(level->section, x).mean);
+    Matrix of_run(x.rows(), static_cast<Eigen::Index>(outcomes));
+    for (Eigen::Index i = 0; i < x.rows(); ++i) {
+      if (rimi_nominal_beyond(&model, x.row(i).data(), layout.outcome_feature.data(),
                               beyond.get()) != RIM_OK)
         throw std::logic_error("rimi_nominal_beyond");
       for (std::size_t o = 0; o < outcomes; ++o)
@@ -116,12 +130,12 @@ Level fit_level(const Layout &layout, const RunStore &runs) {
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
     rows += run.blocks();
-  Matrix x(rows, static_cast<Eigen::Index>(layout.features()));
+  Matrix x(rows, level_inputs(layout));
   Matrix y(rows, static_cast<Eigen::Index>(layout.outcomes()));
   std::vector<std::uint32_t> run_of;
   Eigen::Index at = 0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    x.middleRows(at, runs[r].blocks()) = runs[r].context;
+    x.middleRows(at, runs[r].blocks()) = level_inputs(layout, runs[r].context);
     y.middleRows(at, runs[r].blocks()) = runs[r].outcome;
     at += runs[r].blocks();
     run_of.insert(run_of.end(), static_cast<std::size_t>(runs[r].blocks()),
@@ -131,10 +145,6 @@ Level fit_level(const Layout &layout, const RunStore &runs) {
   options.focus = 0.0; // prototypes by phase alone: else they learn the runs' own offsets
   for (const std::uint16_t f : layout.outcome_feature)
     options.exclude.push_back(f);
-  for (std::size_t f = 0; f < layout.features(); ++f) {
-    if (is_angle(layout, f))
-      options.ignore.push_back(static_cast<int>(f));
-  }
   const FitResult fit = fit_nominal(x, y, run_of, options);
   Level level;
   level.section = nominal_section(fit.model);
@@ -162,8 +172,8 @@ bool wants_level(const Layout &layout, const RunStore &runs) {
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
     rows += run.blocks();
-  return !layout.external && layout.outcomes() >= 3 &&
-         rows >= 40 * static_cast<Eigen::Index>(layout.features());
+  return !layout.external && layout.outcomes() >= 3 && rows >= 40 * level_inputs(layout) &&
+         level_inputs(layout) <= RIM_NOMINAL_MAX_INPUTS;
 }
 
 // Of a model that does without some features.

@@ -237,25 +237,6 @@ void excluded_inputs_do_not_speak(void **) {
   }
 }
 
-void ignored_inputs_count_for_nothing(void **) {
-  Data d = make_data(6, 300, 4);
-  rim::FitOptions options = small_options();
-  options.ignore = {1, 3};
-  const rim::FitResult fit = rim::fit_nominal(d.x, d.y, d.run, options);
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> angle(-3.14, 3.14);
-  for (Eigen::Index i = 0; i < d.x.rows(); ++i)
-    d.x(i, 1) = d.x(i, 3) = angle(random);
-  const rim::FitResult same = rim::fit_nominal(d.x, d.y, d.run, options);
-  assert_true(rim::nominal_section(fit.model) == rim::nominal_section(same.model));
-  assert_true((fit.mean.array() == same.mean.array()).all());
-  assert_true((fit.beyond.array() == same.beyond.array()).all());
-  for (const Matrix &map : fit.model.maps) {
-    assert_true(map.col(1).isZero(0.0) && map.col(3).isZero(0.0));
-    assert_true(map.col(2).cwiseAbs().minCoeff() > 0.0);
-  }
-}
-
 void flight_predicts_what_was_fitted(void **) {
   const Data d = make_data(6, 300, 6);
   const rim::FitResult fit = rim::fit_nominal(d.x, d.y, d.run, small_options());
@@ -401,7 +382,6 @@ int main() {
       cmocka_unit_test(local_linear_maps_reach_the_noise_and_know_it),
       cmocka_unit_test(a_runs_own_offset_is_not_learnt),
       cmocka_unit_test(excluded_inputs_do_not_speak),
-      cmocka_unit_test(ignored_inputs_count_for_nothing),
       cmocka_unit_test(flight_predicts_what_was_fitted),
       cmocka_unit_test(threads_do_not_change_a_bit),
       cmocka_unit_test(the_plain_kernel_is_the_weighted_average),

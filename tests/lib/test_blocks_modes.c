@@ -2,6 +2,7 @@
 /* monitor/blocks.c where an input is a harmonic: of the number of a mode, or of an angle. */
 #include <math.h>
 
+#include "base/real.h"
 #include "monitor/blocks.h"
 #include "section_bytes.h"
 
@@ -87,8 +88,25 @@ static void there_are_so_many_harmonics(void **state) {
   assert_int_equal(rimi_basis_open(&view, basis.byte, basis.size, FEATURES, 1), RIM_E_RANGE);
 }
 
+/* Section LEVEL sees an angle as its cosine and, after all features, its sine. */
+static void an_angle_is_two_inputs_of_a_level(void **state) {
+  (void)state;
+  const uint8_t roles[4] = {BLOCKS_ANGLE_DEG, BLOCKS_COMMAND, 0, BLOCKS_COMMAND | BLOCKS_ANGLE_RAD};
+  const double context[4] = {210.0, 5.0, -7.0, 2.5};
+  const double expected[6] = {cos(210.0 * RIM_PI / 180.0), 5.0,     -7.0, cos(2.5),
+                              sin(210.0 * RIM_PI / 180.0), sin(2.5)};
+  double x[7] = {[6] = 9.0};
+  assert_int_equal(rimi_level_inputs(roles, 4, context, x), 6);
+  for (size_t i = 0; i < 6; ++i)
+    assert_true(fabs(x[i] - expected[i]) < 1e-12);
+  assert_true(x[6] == 9.0);
+  assert_int_equal(rimi_level_inputs(roles, 4, NULL, NULL), 6);
+  assert_int_equal(rimi_level_inputs(roles + 1, 2, NULL, NULL), 2);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(harmonics_are_inputs),
-                                     cmocka_unit_test(there_are_so_many_harmonics)};
+                                     cmocka_unit_test(there_are_so_many_harmonics),
+                                     cmocka_unit_test(an_angle_is_two_inputs_of_a_level)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -120,6 +120,7 @@ static const rim_work_counts all[2] = {{.features = 6,
                                         .means = 2,
                                         .fields = 3,
                                         .integrands = 2,
+                                        .angles = 2,
                                         .prototypes = 20,
                                         .top = 4,
                                         .memory_bytes = 50000,
@@ -133,10 +134,10 @@ static void the_bound_grows_with_every_count(void **state) {
     const rim_work base = bound_of(&all[kind]);
     const rim_work_counts *b = &all[kind];
     const uint32_t *const count[] = {
-        &b->features, &b->outcomes, &b->channels,   &b->region_features, &b->ring,
-        &b->budget,   &b->bins,     &b->grid,       &b->pairs,           &b->scans,
-        &b->edges,    &b->moves,    &b->inputs,     &b->times,           &b->terms,
-        &b->means,    &b->fields,   &b->integrands, &b->prototypes,      &b->top};
+        &b->features,   &b->outcomes, &b->channels, &b->region_features, &b->ring,   &b->budget,
+        &b->bins,       &b->grid,     &b->pairs,    &b->scans,           &b->edges,  &b->moves,
+        &b->inputs,     &b->times,    &b->terms,    &b->means,           &b->fields, &b->integrands,
+        &b->prototypes, &b->top,      &b->angles};
     assert_true(base.step > 0 && base.step < UINT32_MAX);
     for (size_t i = 0; i < sizeof count / sizeof count[0]; ++i) {
       if (*count[i] == 0)

@@ -299,6 +299,18 @@ static void a_level_is_used(void **state) {
   assert_int_equal(status_of(&r), RIM_E_CONFIG);
   put_u32(level->byte, RIM_NOMINAL_LAYOUT + 1);
   assert_int_equal(status_of(&r), RIM_E_VERSION);
+  /* An angle is two inputs, of which the sine is the last. */
+  r.section[RIM_SECTION_COMMANDS].byte[0] |= BLOCKS_ANGLE_RAD;
+  level->size = 0;
+  put_level(level, D, O);
+  assert_int_equal(status_of(&r), RIM_E_CONFIG);
+  level->size = 0;
+  put_level(level, D + 1, O);
+  from(&r, false);
+  assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &with), RIM_OK);
+  assert_int_equal(with.angles, 1);
+  rimi_work_bound(&with, &less);
+  assert_true(less.block > more.block);
 }
 
 /* Of a block farther from the one prototype than three quarters of its reach of 1, the outcome's

@@ -200,6 +200,9 @@ static void every_count_of_a_trained_image_counts(void **state) {
   COSTS(prototypes, 1);
   n.prototypes = 16;
   n.top = 1;
+  const uint32_t straight = step_of(&n);
+  n.angles = 1;
+  assert_true(step_of(&n) > straight);
   const uint32_t one = step_of(&n);
   n.top = 2;
   assert_true(step_of(&n) > one);

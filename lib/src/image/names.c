@@ -22,8 +22,7 @@ const rimi_unit *rimi_unit_at(size_t i) {
       {"L", "L"},          {"Lpm", "L/min"},   {"m3ph", "m^3/h"},  {"mV", "mV"},
       {"kW", "kW"},        {"Wh", "Wh"},       {"kWh", "kWh"},     {"Ah", "Ah"},
       {"ohm", "ohm"},      {"uT", "uT"},       {"dB", "dB"},       {"mmps", "mm/s"},
-      {"kgph", "kg/h"},    {"hPa", "hPa"},     {"mbar", "mbar"},   {"psi", "psi"},
-      {"ft", "ft"},        {"ftps", "ft/s"},   {"kt", "kt"},       {"degF", "degF"}};
+      {"kgph", "kg/h"},    {"degF", "degF"}};
   return i < RIMI_UNITS ? &unit[i] : NULL;
 }
 

@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-#define RIMI_UNITS 64u
+#define RIMI_UNITS 58u
 
 typedef struct rimi_unit {
   char suffix[8]; /* "mps" */

@@ -45,11 +45,10 @@ static bool values_ok(const rim_nominal *m, size_t first, size_t count, bool pos
   return true;
 }
 
-/* Every value of a row of the inputs' finite and not below 0. */
-static bool factors_ok(const rim_nominal *m, uint32_t block) {
+static bool gate_weights_ok(const rim_nominal *m) {
   for (uint32_t i = 0; i < m->inputs; ++i) {
-    const double factor = value_at(m, inputs_at(m, block) + i);
-    if (!rimi_is_finite(factor) || factor < 0.0) {
+    const double g = value_at(m, inputs_at(m, 2u) + i);
+    if (!rimi_is_finite(g) || g < 0.0) {
       return false;
     }
   }
@@ -108,8 +107,8 @@ rim_status rimi_nominal_open(rim_nominal *model, const uint8_t *section, size_t 
   if (bytes != need) {
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   }
-  bool ok =
-      values_ok(&m, inputs_at(&m, 0), m.inputs, false) && factors_ok(&m, 1u) && factors_ok(&m, 2u);
+  bool ok = values_ok(&m, inputs_at(&m, 0), m.inputs, false) &&
+            values_ok(&m, inputs_at(&m, 1u), m.inputs, true) && gate_weights_ok(&m);
   for (uint32_t p = 0; ok && p < m.prototypes; ++p) {
     ok = prototype_ok(&m, p);
   }

@@ -10,8 +10,7 @@
  *
  * Section, little endian, 4-byte aligned:
  *   u32  layout (RIM_NOMINAL_LAYOUT), inputs d, outputs o, prototypes P, top K, order, 0, 0
- *   f32  centre[d], inverse_scale[d]   xs = (x - centre) * inverse_scale; a scale of 0: the input
- *                                      counts for nothing (an angle, which leaps as it wraps)
+ *   f32  centre[d], inverse_scale[d]   xs = (x - centre) * inverse_scale
  *   f32  gate_weight[d]                weight of an input in the gate's distance; 0: does not gate
  *   f32  per prototype p = 0..P-1:
  *          bandwidth h > 0, reach > 0 (holds the training rows nearest to p), ln_mass, 0

@@ -204,10 +204,27 @@ static void take_outcomes(blocks *b, const double *outcome, const double *mean, 
     ++b->recent;
 }
 
+static double in_radians(uint8_t role, double angle) {
+  return angle * ((role & BLOCKS_ANGLE_DEG) != 0 ? RIM_PI / 180.0 : 1.0);
+}
+
+uint32_t rimi_level_inputs(const uint8_t *role, uint32_t features, const double *context,
+                           double *x) {
+  uint32_t count = features;
+  for (uint32_t f = 0; f < features; ++f) {
+    const bool is_angle = (role[f] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
+    if (context != NULL)
+      x[f] = is_angle ? rimi_cos(in_radians(role[f], context[f])) : context[f];
+    if (is_angle && context != NULL)
+      x[count] = rimi_sin(in_radians(role[f], context[f]));
+    count += is_angle;
+  }
+  return count;
+}
+
 /* The last reading of an angle, in radians. */
 static double radians(const blocks *b, size_t f) {
-  const bool degrees = (b->config.role[f] & BLOCKS_ANGLE_DEG) != 0;
-  return LAST(b)[f] * (degrees ? RIM_PI / 180.0 : 1.0);
+  return in_radians(b->config.role[f], LAST(b)[f]);
 }
 
 static void take_integrands(blocks *b) {
@@ -495,6 +512,8 @@ const double *rimi_blocks_repeats(const blocks *b) { return REPEATS(b); }
 const double *rimi_blocks_terms(const blocks *b) { return blocks_term(b); }
 const double *rimi_blocks_means(const blocks *b) { return blocks_means(b); }
 const rim_basis *rimi_blocks_basis(const blocks *b) { return &b->config.basis; }
+
+const uint8_t *rimi_blocks_roles(const blocks *b) { return b->config.role; }
 const double *rimi_blocks_early(const blocks *b) { return blocks_early(b); }
 const double *rimi_blocks_late(const blocks *b) { return blocks_late(b); }
 const double *rimi_blocks_first(const blocks *b) { return FIRST(b); }

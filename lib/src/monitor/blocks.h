@@ -27,6 +27,11 @@
 /* Bits of RIM_SECTION_COMMANDS, one byte per feature. */
 enum { BLOCKS_COMMAND = 1, BLOCKS_ANGLE_RAD = 2, BLOCKS_ANGLE_DEG = 4 };
 
+/* The inputs of section LEVEL: a block's context, an angle as its cosine, and after all features
+ * the angles' sines. Returns how many there are; with context NULL they are only counted. */
+uint32_t rimi_level_inputs(const uint8_t *role, uint32_t features, const double *context,
+                           double *x);
+
 typedef struct blocks_config {
   uint16_t features, outcomes, block_rows;
   bool external;
@@ -92,9 +97,10 @@ rimi_blocks_repeats(const blocks *b);             /* share of readings that repe
 const double *rimi_blocks_terms(const blocks *b); /* [terms], standardised */
 const double *rimi_blocks_means(const blocks *b); /* [means], standardised */
 const rim_basis *rimi_blocks_basis(const blocks *b);
-const double *rimi_blocks_early(const blocks *b); /* [integrands], see section AGREEMENT */
-const double *rimi_blocks_late(const blocks *b);  /* [integrands] */
-const double *rimi_blocks_first(const blocks *b); /* [outcomes]: mean of the first two blocks */
+const uint8_t *rimi_blocks_roles(const blocks *b); /* of the features */
+const double *rimi_blocks_early(const blocks *b);  /* [integrands], see section AGREEMENT */
+const double *rimi_blocks_late(const blocks *b);   /* [integrands] */
+const double *rimi_blocks_first(const blocks *b);  /* [outcomes]: mean of the first two blocks */
 bool rimi_blocks_has_first(const blocks *b);
 uint16_t rimi_blocks_outcome_feature(const blocks *b,
                                      uint32_t outcome); /* BLOCKS_NO_FEATURE: none */

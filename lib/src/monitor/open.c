@@ -136,7 +136,11 @@ static rim_status open_level(monitor_plan *p) {
   if (!find(p, RIM_SECTION_LEVEL, &data, &bytes))
     return RIM_OK;
   const rim_status status = rimi_nominal_open(&p->models.level, data, bytes);
-  return status == RIM_OK ? fits(p, p->models.level.inputs, p->models.level.outputs) : status;
+  const uint32_t features = p->words[RIM_CONFIG_FEATURES];
+  if (status == RIM_OK &&
+      p->models.level.inputs != rimi_level_inputs(p->rows.role, features, NULL, NULL))
+    return RIM_E_CONFIG;
+  return status == RIM_OK ? fits(p, features, p->models.level.outputs) : status;
 }
 
 /* The models and the noise of a trained image; without NOISE there is none of them. */
@@ -166,8 +170,6 @@ static rim_status open_trained(monitor_plan *p) {
   if (status == RIM_OK)
     status = rimi_noise_open(&p->models.noise, noise, noise_bytes, p->channel_count, means);
   p->rows.with_gaps = p->models.noise.with_gaps;
-  if (status == RIM_OK)
-    status = open_level(p);
   if (status != RIM_OK)
     return status;
   p->search.cuts = exact_section(p, RIM_SECTION_CUTS,
@@ -237,6 +239,8 @@ static rim_status make_plan(monitor_plan *p, const void *image, size_t image_byt
   status = open_trained(p);
   if (status == RIM_OK)
     status = open_tables(p);
+  if (status == RIM_OK && p->is_trained)
+    status = open_level(p); /* which needs the tables */
   if (status == RIM_OK)
     status = open_scales(p);
   if (status == RIM_OK)

@@ -64,15 +64,23 @@ static bool follows(rim_monitor *m) {
   return is_next;
 }
 
+/* What section LEVEL sees of the block; false: there is no such section. */
+static bool level_inputs(const rim_monitor *m, double input[RIM_NOMINAL_MAX_INPUTS]) {
+  if (m->models.level.section == NULL)
+    return false;
+  (void)rimi_level_inputs(rimi_blocks_roles(m->rows), m->words[RIM_CONFIG_FEATURES],
+                          rimi_blocks_context(m->rows), input);
+  return true;
+}
+
 /* Residuals of the kind AGREEMENT; m->predicted says from here on what behaviour and agreement
  * expect. Returns whether the block lies beyond what section LEVEL was trained on. */
 static bool agree(rim_monitor *m, bool is_next) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const double *level = NULL;
-  double extrapolation = 0.0;
-  if (m->models.level.section != NULL &&
-      rimi_nominal_predict(&m->models.level, rimi_blocks_context(m->rows), m->level,
-                           m->level + outcomes, &extrapolation) == RIM_OK)
+  double extrapolation = 0.0, input[RIM_NOMINAL_MAX_INPUTS];
+  if (level_inputs(m, input) && rimi_nominal_predict(&m->models.level, input, m->level,
+                                                     m->level + outcomes, &extrapolation) == RIM_OK)
     level = m->level;
   const agreement_block block = {.residual = m->residual,
                                  .mean = rimi_blocks_means(m->rows),
@@ -205,11 +213,13 @@ static void hide_levels(rim_monitor *m, bool has_others) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   bool beyond[RIM_NOMINAL_MAX_OUTPUTS] = {false};
   uint16_t own[RIM_NOMINAL_MAX_OUTPUTS];
+  double input[RIM_NOMINAL_MAX_INPUTS];
   if (!has_others)
     memset(m->unknown, 0, m->channel_count * sizeof *m->unknown);
   for (uint32_t o = 0; o < outcomes; ++o)
     own[o] = rimi_blocks_outcome_feature(m->rows, o);
-  (void)rimi_nominal_beyond(&m->models.level, rimi_blocks_context(m->rows), own, beyond);
+  if (level_inputs(m, input))
+    (void)rimi_nominal_beyond(&m->models.level, input, own, beyond);
   for (uint32_t o = 0; o < outcomes; ++o) {
     if (beyond[o] && rimi_agreement_source(&m->models.agreement, o) == AGREEMENT_LEVEL)
       m->unknown[RIM_CHANNEL_AGREEMENT * outcomes + o] = true;

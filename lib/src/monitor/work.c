@@ -62,8 +62,9 @@ static double intervals(double bins) { return bins * (bins + 1.0) / 2.0; }
 static double prediction(const rim_work_counts *n) {
   if (n->prototypes == 0)
     return 0;
-  const double d = n->features;
-  return d * STANDARDISE + n->prototypes * (d * DISTANCE + n->top * (double)KEEP) +
+  const double d = (double)n->features + n->angles;
+  const double inputs = n->features * (double)LOOK + 2.0 * n->angles * (double)EXPONENTIAL;
+  return 2.0 * inputs + d * STANDARDISE + n->prototypes * (d * DISTANCE + n->top * (double)KEEP) +
          n->top * (double)EXPONENTIAL +
          n->outcomes * (n->top * d * PRODUCT + n->top * (double)PRODUCT + ROOT) +
          d * STANDARDISE + /* rimi_nominal_beyond() */
@@ -329,6 +330,7 @@ static void count_models(const rim_image *image, rim_work_counts *n) {
   rim_nominal level;
   if (section_of(image, RIM_SECTION_LEVEL, &section, &bytes) &&
       rimi_nominal_open(&level, section, bytes) == RIM_OK) {
+    n->angles = level.inputs > n->features ? level.inputs - n->features : 0;
     n->prototypes = level.prototypes;
     n->top = level.top;
   }

@@ -68,10 +68,10 @@ extern "C" {
 /* Lengths of the loops. */
 typedef struct rim_work_counts {
   uint32_t features, outcomes, channels, region_features, ring, budget, block_rows;
-  uint32_t bins, grid, pairs, scans, edges, moves; /* without section NOISE */
+  uint32_t bins, grid, pairs, scans, edges, moves;     /* without section NOISE */
   uint32_t inputs, times, terms, means, rates, fields; /* with it */
-  uint32_t integrands;                             /* of section AGREEMENT */
-  uint32_t prototypes, top;                        /* section LEVEL; 0: there is none */
+  uint32_t integrands;                                 /* of section AGREEMENT */
+  uint32_t angles, prototypes, top;                    /* section LEVEL; 0: there is none */
   uint32_t memory_bytes, image_bytes;
   bool trained, external, corrected, watched, small;
 } rim_work_counts;
