@@ -32,6 +32,14 @@ venv-try: deps
 	  { rm -rf $(BUILD)/venv; echo "test: what needs PyPI or a browser is skipped: $$(grep -v '^make' $(BUILD)/venv-deps.txt | tail -n 1)"; }
 TEST_NEEDS += venv-try
 
+.PHONY: vehicles-simulated
+BASE ?= 7000
+vehicles-simulated: host ## grade rim on machines of JSBSim, MuJoCo and RocketPy (from PyPI, in build/): some 20 minutes
+	@test -x $(BUILD)/simulators/bin/python || python3 -m venv $(BUILD)/simulators
+	@$(BUILD)/simulators/bin/pip install --quiet --disable-pip-version-check -r tests/vehicles/simulators/requirements.txt
+	@$(BUILD)/simulators/bin/python tests/vehicles/grade.py --rim $(BUILD)/rim --module tests/vehicles/simulators/machines.py \
+	  --train 30 --healthy 30 --per 3 --base $(BASE) --jobs $(TEST_JOBS)
+
 .PHONY: test-run test-build test-missing
 test-missing:
 	@fail=0; for s in $(LIB_SRC); do m=$$(basename $$s .c); \
