@@ -512,7 +512,6 @@ const double *rimi_blocks_repeats(const blocks *b) { return REPEATS(b); }
 const double *rimi_blocks_terms(const blocks *b) { return blocks_term(b); }
 const double *rimi_blocks_means(const blocks *b) { return blocks_means(b); }
 const rim_basis *rimi_blocks_basis(const blocks *b) { return &b->config.basis; }
-
 const uint8_t *rimi_blocks_roles(const blocks *b) { return b->config.role; }
 const double *rimi_blocks_early(const blocks *b) { return blocks_early(b); }
 const double *rimi_blocks_late(const blocks *b) { return blocks_late(b); }

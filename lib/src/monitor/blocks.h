@@ -28,7 +28,8 @@
 enum { BLOCKS_COMMAND = 1, BLOCKS_ANGLE_RAD = 2, BLOCKS_ANGLE_DEG = 4 };
 
 /* The inputs of section LEVEL: a block's context, an angle as its cosine, and after all features
- * the angles' sines. Returns how many there are; with context NULL they are only counted. */
+ * the angles' sines. Returns how many there are, for which x has room; with context NULL they are
+ * only counted. O(features). */
 uint32_t rimi_level_inputs(const uint8_t *role, uint32_t features, const double *context,
                            double *x);
 

@@ -136,11 +136,14 @@ static rim_status open_level(monitor_plan *p) {
   if (!find(p, RIM_SECTION_LEVEL, &data, &bytes))
     return RIM_OK;
   const rim_status status = rimi_nominal_open(&p->models.level, data, bytes);
-  const uint32_t features = p->words[RIM_CONFIG_FEATURES];
-  if (status == RIM_OK &&
-      p->models.level.inputs != rimi_level_inputs(p->rows.role, features, NULL, NULL))
-    return RIM_E_CONFIG;
-  return status == RIM_OK ? fits(p, features, p->models.level.outputs) : status;
+  if (status != RIM_OK)
+    return status;
+  const uint32_t inputs =
+      rimi_level_inputs(p->rows.role, p->words[RIM_CONFIG_FEATURES], NULL, NULL);
+  return p->models.level.inputs == inputs &&
+                 p->models.level.outputs == p->words[RIM_CONFIG_OUTCOMES]
+             ? RIM_OK
+             : RIM_E_CONFIG;
 }
 
 /* The models and the noise of a trained image; without NOISE there is none of them. */
