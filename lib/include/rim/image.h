@@ -88,7 +88,8 @@ const char *rim_unit_of_name(const char *name, size_t length);
  * of private headers in lib/src/image. */
 typedef enum rim_section {
   RIM_SECTION_CONFIG = 1,    /* u32[RIM_CONFIG_WORDS]: see rim_config_word */
-  RIM_SECTION_LEVEL = 3,     /* nominal.h: a block's outcomes from its other features; optional */
+  RIM_SECTION_LEVEL = 3,     /* nominal.h: a block's outcomes from its other features; optional. An
+                                 angle is its cosine there, and its sine after all features */
   RIM_SECTION_SCALES = 5,    /* f32[outcomes], > 0: factors of the caller's standardised residuals;
                                  only without NOISE; absent: 1 */
   RIM_SECTION_THRESHOLD = 6, /* threshold.h */
