@@ -84,4 +84,9 @@ bool is_angle(const Layout &layout, std::size_t feature) {
   return (layout.command[feature] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
 }
 
+bool is_outcome(const Layout &layout, std::size_t feature) {
+  const std::vector<std::uint16_t> &of = layout.outcome_feature;
+  return std::find(of.begin(), of.end(), feature) != of.end();
+}
+
 } // namespace rim

@@ -30,5 +30,7 @@ double whole_turn(const Layout &layout, std::size_t feature);
 // Marks a feature with such a unit, whose readings jump by most of a turn, as an angle.
 void mark_angle(Layout *layout, std::size_t feature);
 bool is_angle(const Layout &layout, std::size_t feature);
+// False of commands and context, and of all features in front of own predictions.
+bool is_outcome(const Layout &layout, std::size_t feature);
 
 } // namespace rim

@@ -79,7 +79,7 @@ std::vector<std::size_t> runs_for_begin(const Survey &survey) {
   const Layout &layout = survey.layout;
   bool differ = false;
   for (std::size_t f = 0; f < layout.features() && !layout.external; ++f) {
-    if (std::count(layout.outcome_feature.begin(), layout.outcome_feature.end(), f) > 0)
+    if (is_outcome(layout, f))
       continue;
     double n = 0.0, sum = 0.0, squares = 0.0;
     for (const RunFacts &run : survey.runs) {

@@ -124,29 +124,15 @@ constexpr double kTailNats = 10.0;
 constexpr std::uint16_t kFlightRing = 192, kLeastFlightRing = 64;
 constexpr std::size_t kFlightSearchBytes = 40400;
 
-std::vector<double> ranks(const Eigen::VectorXd &x) {
-  std::vector<std::size_t> order(static_cast<std::size_t>(x.size()));
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&x](std::size_t a, std::size_t b) {
-    return x[static_cast<Eigen::Index>(a)] < x[static_cast<Eigen::Index>(b)];
-  });
-  std::vector<double> rank(order.size());
+Eigen::VectorXd ranks(const Eigen::VectorXd &x) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(x.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&x](Eigen::Index a, Eigen::Index b) { return x[a] < x[b]; });
+  Eigen::VectorXd rank(x.size());
   for (std::size_t i = 0; i < order.size(); ++i)
     rank[order[i]] = static_cast<double>(i);
   return rank;
-}
-
-double correlation(const std::vector<double> &a, const std::vector<double> &b) {
-  const double n = static_cast<double>(a.size());
-  const double ma = std::accumulate(a.begin(), a.end(), 0.0) / n;
-  const double mb = std::accumulate(b.begin(), b.end(), 0.0) / n;
-  double ab = 0.0, aa = 0.0, bb = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ab += (a[i] - ma) * (b[i] - mb);
-    aa += (a[i] - ma) * (a[i] - ma);
-    bb += (b[i] - mb) * (b[i] - mb);
-  }
-  return aa > 0.0 && bb > 0.0 ? ab / std::sqrt(aa * bb) : 0.0;
 }
 
 // A region feature in every block of every run, as flight sees it.
@@ -433,44 +419,120 @@ void forgive_unlike_runs(const std::vector<std::vector<float>> &maxima,
 
 } // namespace
 
-void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
-                   const std::vector<double> &r2, const CalibrationOptions &options) {
-  const Layout &layout = plan->layout;
+namespace {
+
+// A feature that may describe a region.
+struct RegionFeature {
+  std::uint16_t feature = 0;
+  std::uint16_t outcome = 0xffff; // whose prediction stands for it; 0xffff: as measured
+  Eigen::VectorXd values;         // in every block of every run
+  Eigen::VectorXd value, rank;    // centred, of length one: their products are correlations
+};
+
+Eigen::VectorXd centred(const Eigen::VectorXd &x) {
+  return (x.array() - x.mean()).matrix().normalized();
+}
+
+// How much two features are alike, 0 to 1, by rank or by value, whichever is more.
+double alike(const RegionFeature &a, const RegionFeature &b) {
+  return std::max(std::abs(a.rank.dot(b.rank)), std::abs(a.value.dot(b.value)));
+}
+
+// A region can be told from noise where the vehicle stays in it for some blocks: the correlation of
+// a feature with itself so many blocks later, at least 0.
+constexpr Eigen::Index kStay = 4;
+
+double lasting(const std::vector<SearchRun> &runs, const RegionFeature &f) {
+  double with_later = 0.0, with_itself = 0.0;
+  Eigen::Index at = 0;
+  for (const SearchRun &run : runs) {
+    const Eigen::Index n = run.blocks->blocks(), pairs = std::max<Eigen::Index>(0, n - kStay);
+    const auto now = f.value.segment(at, pairs);
+    with_later += now.dot(f.value.segment(at + std::min(n, kStay), pairs));
+    with_itself += now.squaredNorm();
+    at += n;
+  }
+  return with_itself > 0.0 ? std::max(0.0, with_later / with_itself) : 0.0;
+}
+
+// Features that vary (there is one at least): commands and context, then sensors, without those
+// that repeat an earlier one.
+std::vector<RegionFeature> distinct_features(const Layout &layout,
+                                             const std::vector<SearchRun> &runs,
+                                             const std::vector<double> &r2, double redundant) {
+  constexpr std::uint16_t none = 0xffff;
   std::vector<std::pair<std::uint16_t, std::uint16_t>> candidates;
-  for (std::size_t f = 0; f < layout.features(); ++f) {
-    const auto found = std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(), f);
-    if (found == layout.outcome_feature.end())
-      candidates.emplace_back(static_cast<std::uint16_t>(f), static_cast<std::uint16_t>(0xffff));
+  std::vector<RegionFeature> distinct;
+  for (std::uint16_t f = 0; f < layout.features(); ++f) {
+    if (!is_outcome(layout, f))
+      candidates.emplace_back(f, none);
   }
   for (std::size_t o = 0; o < layout.outcome_feature.size(); ++o) {
     const std::uint16_t f = layout.outcome_feature[o];
     const bool predicted = o < r2.size() && r2[o] >= kPredictable && !is_angle(layout, f);
-    candidates.emplace_back(f, predicted ? static_cast<std::uint16_t>(o)
-                                         : static_cast<std::uint16_t>(0xffff));
+    candidates.emplace_back(f, predicted ? static_cast<std::uint16_t>(o) : none);
   }
+  for (const auto &[feature, outcome] : candidates) {
+    RegionFeature next{feature, outcome, region_values(runs, feature, outcome), {}, {}};
+    const bool is_only = &feature == &candidates.back().first && distinct.empty();
+    if (!(next.values.maxCoeff() > next.values.minCoeff()) && !is_only)
+      continue;
+    next.value = centred(next.values);
+    next.rank = centred(ranks(next.values));
+    const bool repeats =
+        std::any_of(distinct.begin(), distinct.end(), [&](const RegionFeature &earlier) {
+          return alike(next, earlier) >= redundant;
+        });
+    if (!repeats)
+      distinct.push_back(std::move(next));
+  }
+  return distinct;
+}
+
+// Of more features than are searched: commands and context, then those sensors that last and are
+// least like what is chosen already. They keep their order.
+std::vector<RegionFeature> most_telling(std::vector<RegionFeature> features, const Layout &layout,
+                                        const std::vector<SearchRun> &runs, std::size_t most) {
+  if (features.size() <= most)
+    return features;
+  std::vector<double> lasts, unlike(features.size(), 1.0);
+  for (const RegionFeature &f : features)
+    lasts.push_back(is_outcome(layout, f.feature) ? lasting(runs, f) : HUGE_VAL);
+  std::vector<bool> chosen(features.size(), false);
+  for (std::size_t count = 0; count < most; ++count) {
+    std::size_t best = features.size();
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      if (!chosen[i] &&
+          (best == features.size() || lasts[i] * unlike[i] > lasts[best] * unlike[best]))
+        best = i;
+    }
+    chosen[best] = true;
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      const double like = alike(features[i], features[best]);
+      unlike[i] = std::min(unlike[i], 1.0 - like * like);
+    }
+  }
+  std::vector<RegionFeature> kept;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (chosen[i])
+      kept.push_back(std::move(features[i]));
+  }
+  return kept;
+}
+
+} // namespace
+
+void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
+                   const std::vector<double> &r2, const CalibrationOptions &options) {
   plan->region.clear();
   plan->region_outcome.clear();
   plan->cuts.clear();
-  std::vector<std::vector<double>> chosen_ranks, chosen_values;
-  for (const auto &[feature, outcome] : candidates) {
-    if (plan->region.size() >= options.region_features)
-      break;
-    const Eigen::VectorXd values = region_values(runs, feature, outcome);
-    const bool is_last = &feature == &candidates.back().first; // there must be one
-    if (!(values.maxCoeff() > values.minCoeff()) && !(is_last && plan->region.empty()))
-      continue;
-    const std::vector<double> rank = ranks(values), value(values.begin(), values.end());
-    bool repeats = false;
-    for (std::size_t i = 0; i < chosen_ranks.size() && !repeats; ++i)
-      repeats = std::abs(correlation(rank, chosen_ranks[i])) >= options.redundant ||
-                std::abs(correlation(value, chosen_values[i])) >= options.redundant;
-    if (repeats)
-      continue;
-    chosen_ranks.push_back(rank);
-    chosen_values.push_back(value);
-    plan->region.push_back(feature);
-    plan->region_outcome.push_back(outcome);
-    const std::vector<std::uint8_t> cuts = cuts_of(*plan, feature, values);
+  for (const RegionFeature &f :
+       most_telling(distinct_features(plan->layout, runs, r2, options.redundant), plan->layout,
+                    runs, options.region_features)) {
+    plan->region.push_back(f.feature);
+    plan->region_outcome.push_back(f.outcome);
+    const std::vector<std::uint8_t> cuts = cuts_of(*plan, f.feature, f.values);
     plan->cuts.insert(plan->cuts.end(), cuts.begin(), cuts.end());
   }
 }

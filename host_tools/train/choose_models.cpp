@@ -376,9 +376,7 @@ std::vector<std::uint16_t> drivers(const Basis &basis, const Layout &layout,
   std::vector<std::uint16_t> found;
   for (std::size_t i = 0; i < basis.inputs.size(); ++i) {
     const Basis::Input &in = basis.inputs[i];
-    const bool is_sensor = std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(),
-                                     in.a) != layout.outcome_feature.end();
-    if (is_sensor ? holds(disturbances, in.a) : in.b >= BASIS_LEAST_HARMONIC)
+    if (is_outcome(layout, in.a) ? holds(disturbances, in.a) : in.b >= BASIS_LEAST_HARMONIC)
       found.push_back(static_cast<std::uint16_t>(i));
   }
   return found;

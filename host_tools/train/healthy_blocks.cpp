@@ -39,11 +39,6 @@ bool varies(const Survey &survey, std::size_t feature) {
   return survey.high(feature) > survey.low(feature);
 }
 
-bool is_outcome(const Layout &layout, std::size_t feature) {
-  return std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(), feature) !=
-         layout.outcome_feature.end();
-}
-
 // Commands and context are inputs: what is given to the vehicle, not what it does.
 std::vector<std::uint16_t> given(const Survey &survey) {
   const Layout &layout = survey.layout;

@@ -11,8 +11,11 @@ extern "C" {
 #include "search/search.h"
 }
 
+#include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <random>
+#include <set>
 
 namespace {
 
@@ -99,6 +102,72 @@ void one_odd_run_does_not_set_the_alarm(void **) {
   assert_true(alarm(odd, together) > second && alarm(odd, together) < second + 2.0 * margin);
   odd[9] = 145.0F; // more than a tenth of the runs: what runs do
   assert_true(alarm(odd, together) > 140.0);
+}
+
+// ---- features of regions ----
+
+// The columns that may describe a region, of runs whose columns are these waves.
+std::set<std::string> chosen(const std::vector<std::string> &columns, std::size_t most) {
+  constexpr Eigen::Index blocks = 200;
+  std::vector<MadeRun> runs(3);
+  rim_rng rng;
+  rimi_rng_seed(&rng, kSeed, 93);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    runs[r].blocks.context.resize(blocks, static_cast<Eigen::Index>(columns.size()));
+    runs[r].blocks.outcome = rim::Matrix::Zero(blocks, 1);
+    for (Eigen::Index b = 0; b < blocks; ++b) {
+      const double t = 0.1 * static_cast<double>(b) + 2.0 * static_cast<double>(r);
+      const std::map<std::string, double> value{
+          {"u.push", std::sin(t)},
+          {"u.turn", std::sin(0.3 * t)},
+          {"s.push", 2.0 * std::sin(t) + 1.0}, // repeats the command
+          {"s.late", std::sin(t - 0.5)},       // much like it
+          {"s.noise", rimi_rng_normal(&rng)},
+          {"s.still", 4.0},
+          {"u.still_s", 1.0},
+          {"s.slow", std::sin(0.5 * t)},
+          {"s.warm", 1.0 - std::exp(-0.1 * t)}};
+      for (std::size_t f = 0; f < columns.size(); ++f)
+        runs[r].blocks.context(b, static_cast<Eigen::Index>(f)) = value.at(columns[f]);
+    }
+  }
+  rim::FlightPlan plan;
+  plan.layout.feature_names = columns;
+  plan.layout.command.assign(columns.size(), 0);
+  plan.low.assign(columns.size(), -5.0F);
+  plan.high.assign(columns.size(), 5.0F);
+  for (std::size_t f = 0; f < columns.size(); ++f) {
+    if (columns[f].front() == 's')
+      plan.layout.outcome_feature.push_back(static_cast<std::uint16_t>(f));
+  }
+  std::vector<rim::SearchRun> seen;
+  for (const MadeRun &run : runs)
+    seen.push_back(run.seen());
+  rim::CalibrationOptions options;
+  options.region_features = most;
+  rim::choose_region(&plan, seen, {}, options);
+  assert_int_equal(plan.cuts.size(), plan.region.size() * SEARCH_CUTS);
+  assert_true(std::is_sorted(plan.region.begin(), plan.region.end()));
+  std::set<std::string> names;
+  for (const std::uint16_t f : plan.region)
+    names.insert(columns[f]);
+  return names;
+}
+
+// Where more features differ than are searched, it does not matter in which order the sensors are:
+// those that last and are unlike the commands and each other are taken.
+void the_most_telling_features_describe_regions(void **) {
+  std::vector<std::string> sensors{"s.late", "s.noise", "s.push", "s.slow", "s.still", "s.warm"};
+  do {
+    std::vector<std::string> columns{"u.push", "u.turn"};
+    columns.insert(columns.end(), sensors.begin(), sensors.end());
+    assert_true(
+        (chosen(columns, 4) == std::set<std::string>{"u.push", "u.turn", "s.slow", "s.warm"}));
+    assert_true((chosen(columns, 12) == std::set<std::string>{"u.push", "u.turn", "s.late",
+                                                              "s.noise", "s.slow", "s.warm"}));
+    assert_true((chosen(columns, 1) == std::set<std::string>{"u.push"}));
+  } while (std::next_permutation(sensors.begin(), sensors.end()));
+  assert_true((chosen({"u.still_s", "s.still"}, 4) == std::set<std::string>{"s.still"}));
 }
 
 // ---- calibration on residuals that need no models ----
@@ -349,6 +418,7 @@ int main() {
       cmocka_unit_test(promises_follow_the_ranks),
       cmocka_unit_test(the_promise_holds_in_most_sets),
       cmocka_unit_test(one_odd_run_does_not_set_the_alarm),
+      cmocka_unit_test(the_most_telling_features_describe_regions),
       cmocka_unit_test(fresh_runs_alarm_no_more_often_than_promised),
       cmocka_unit_test(a_runs_own_score_is_by_the_others),
       cmocka_unit_test(two_odd_runs_cost_their_channel_alone),
