@@ -21,7 +21,7 @@ namespace rim {
 struct CalibrationOptions {
   double false_alarm = 0.05; // wished rate of runs with any false alarm
   double warn_rate = 0.25;   // the same for the warning level
-  std::size_t region_features = 12;
+  std::size_t region_features = 16;
   double redundant =
       0.985;           // correlation, by rank or value, from which on a feature repeats another
   bool flight = false; // searches less per row and holds less: see use_profile
