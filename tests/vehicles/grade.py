@@ -299,9 +299,14 @@ def main():
     temporary = tempfile.TemporaryDirectory()
     o.dir = o.csv or o.source or o.keep or temporary.name
     o.keep = o.keep or o.source
+    cases = list(plan(module, o))
+    if o.source:
+        absent = [c.stem for c in cases if not os.path.exists(os.path.join(o.dir, c.stem + ".csv"))]
+        if absent:
+            sys.exit("grade.py: %d of %d logs are not in %s, the first of them %s.csv"
+                     % (len(absent), len(cases), o.source, absent[0]))
     for v in o.vehicles:
         os.makedirs(os.path.join(o.dir, v), exist_ok=True)
-    cases = list(plan(module, o))
     with concurrent.futures.ProcessPoolExecutor(o.jobs) as pool:
         if not o.source:
             for _ in pool.map(draw, [o] * len(cases), cases, chunksize=4):

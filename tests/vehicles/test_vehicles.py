@@ -129,6 +129,12 @@ class Grader(unittest.TestCase):
         self.assertEqual(f["found"]["share"], 0)
         self.assertNotIn("named", f)
 
+    def test_logs_that_are_not_there_are_named_once(self):
+        with tempfile.TemporaryDirectory() as empty:
+            k = subprocess.run(self.COMMAND + ["--from", empty], capture_output=True, text=True)
+            self.assertEqual((k.returncode, k.stdout, os.listdir(empty)), (1, "", []))
+            self.assertEqual(k.stderr, "grade.py: 32 of 32 logs are not in %s, the first of them tank/train_000.csv\n" % empty)
+
 
 class Pieces(unittest.TestCase):
     def test_what_begins_early_is_not_cut_away(self):
