@@ -34,7 +34,7 @@ struct FlightPlan {
   std::uint32_t block_rows = 1;
   double period_s = 0.0;
   double stale_s = 0.0;
-  double inhibit_s = 10.0;       // between updates of an alarm
+  double inhibit_s = 10.0;       // between updates of an alarm; trained: at most
   std::uint32_t persistence = 4; // blocks above the threshold before an alarm is raised
   std::uint32_t clear = 30;      // blocks below the warning score before it is cleared; 0: never
   std::uint32_t ring = 0, bins = RIM_SELECT_DEFAULT_BINS, grid = 0, pairs = 0; // 0: select's

@@ -25,6 +25,7 @@ namespace {
 
 constexpr double kBlocksPerRun = 240.0;
 constexpr double kStalePeriods = 5.0;
+constexpr double kUpdatesPerRun = 12.0;
 constexpr std::uint32_t kRing = 384;    // calibrate_runs() gives flight its own
 constexpr std::size_t kNamedAtMost = 3; // features that a model does without
 // Error over behaviour's, above which the others' residuals say nothing.
@@ -258,6 +259,8 @@ void find_unlike_runs(Training *training) {
   }
 }
 
+double block_s(const FlightPlan &plan) { return plan.block_rows * plan.period_s; }
+
 // R2 of every outcome's behaviour; none where the predictions are the user's.
 std::vector<double> explained_parts(const FlightPlan &plan, const Behaviour &behaviour) {
   std::vector<double> r2;
@@ -266,8 +269,15 @@ std::vector<double> explained_parts(const FlightPlan &plan, const Behaviour &beh
   return r2;
 }
 
-// How much is kept and searched.
-void set_search(FlightPlan *plan, const TrainOptions &options) {
+// How much is kept and searched, and how often an alarm is updated: the last update is to come soon
+// before a run ends, however short runs are.
+void set_search(FlightPlan *plan, const std::vector<SearchRun> &seen, const TrainOptions &options) {
+  Eigen::Index blocks = 0;
+  for (const SearchRun &run : seen)
+    blocks += run.blocks->blocks();
+  const double run_s =
+      block_s(*plan) * static_cast<double>(blocks) / static_cast<double>(seen.size());
+  plan->inhibit_s = std::min(plan->inhibit_s, run_s / kUpdatesPerRun);
   plan->ring = kRing;
   plan->pairs = 8;
   plan->budget = options.calibration.flight ? 3 : 12;
@@ -284,8 +294,6 @@ struct Learnt {
   std::vector<Matrix> residual; // blocks x channels
   std::vector<Eigen::VectorXd> disturbance;
 };
-
-double block_s(const FlightPlan &plan) { return plan.block_rows * plan.period_s; }
 
 Learnt learn(const HealthyRuns &healthy, const RunStore &runs) {
   const Layout &layout = healthy.plan.layout;
@@ -405,7 +413,7 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   }
   plan.agreement = agreement_section(learnt.agreement, plan.basis.means.size());
   plan.level = learnt.level.section;
-  set_search(&plan, options);
+  set_search(&plan, seen, options);
   choose_region(&plan, seen, explained_parts(plan, learnt.behaviour), options.calibration);
   training.scores = calibrate_runs(&plan, &training.noise, judgement.runs, options.calibration);
   plan.noise = noise_section(training.noise);

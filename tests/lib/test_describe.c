@@ -72,9 +72,13 @@ static void the_reading_that_the_commands_deny(void **state) {
   const struct {
     double source, off[2], other_score; /* the other's score, of the leading one's */
     uint16_t named;
-  } of[] = {{AGREEMENT_RESIDUALS, {0.0, 4.0}, 0.7, A1},  {AGREEMENT_RESIDUALS, {0.0, 4.0}, 0.3, A0},
-            {AGREEMENT_RESIDUALS, {4.0, 4.0}, 0.7, A0},  {AGREEMENT_RESIDUALS, {0.0, 0.0}, 0.7, A0},
-            {AGREEMENT_RESIDUALS, {0.0, -4.0}, 0.7, A0}, {AGREEMENT_FEW, {0.0, 4.0}, 0.7, A1},
+  } of[] = {{AGREEMENT_RESIDUALS, {0.0, 4.0}, 0.7, A1},
+            {AGREEMENT_RESIDUALS, {0.0, 4.0}, 0.09, A0}, /* which says next to nothing */
+            {AGREEMENT_RESIDUALS, {4.0, 4.0}, 0.7, A0},
+            {AGREEMENT_RESIDUALS, {0.0, 0.0}, 0.7, A0},
+            {AGREEMENT_RESIDUALS, {0.0, 1.5}, 0.7, A1}, /* by less than it shows, but off it is */
+            {AGREEMENT_RESIDUALS, {0.0, -4.0}, 0.7, A0},
+            {AGREEMENT_FEW, {0.0, 4.0}, 0.7, A1},
             {AGREEMENT_INTEGRAL, {0.0, 4.0}, 0.7, A0}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     recipe r = without_integrals();
@@ -135,12 +139,18 @@ static void two_sensors_disagree_together(void **state) {
   plant(A1, SEARCH_SINCE, 2.8 * alarm_at, as_shift(A1, 4.0), 40);
   plant(RIM_CHANNEL_SCATTER * O, SEARCH_SINCE, 3.9 * alarm_at, 4.0, 40);
   assert_int_equal(named(A0, &a), A1);
-  static const double score[] = {1.0, 0.99}; /* an alarm by itself, and none */
-  for (size_t i = 0; i < 2; ++i) {
+  /* The second need not reach an alarm; what the commands find in the first is its own. */
+  const struct {
+    double reading, behaviour;
+    uint16_t named;
+  } least[] = {
+      {0.202 * alarm_at, 2.9, A1}, {0.198 * alarm_at, 2.9, A0}, {0.202 * alarm_at, 3.1, A0}};
+  for (size_t i = 0; i < sizeof least / sizeof *least; ++i) {
     plant_nothing();
     plant(A0, SEARCH_SINCE, 2.0 * alarm_at, as_shift(A0, 4.0), 40);
-    plant(A1, SEARCH_SINCE, score[i] * alarm_at, as_shift(A1, 4.0), 40);
-    assert_int_equal(named(A0, &a), i == 0 ? A1 : A0);
+    plant(A1, SEARCH_SINCE, least[i].reading, as_shift(A1, 4.0), 40);
+    plant(B0, SEARCH_SINCE, least[i].behaviour, as_shift(B0, 1.0), 70);
+    assert_int_equal(named(A0, &a), least[i].named);
   }
 }
 

@@ -13,6 +13,7 @@
 #define TOGETHER 0.25 /* of its score: what the leading channel's place and time explain there */
 #define FROZEN 0.3    /* share of repeated readings, beyond the healthy, that is called stuck */
 #define UPSTREAM 0.2  /* of the leading score, from which on what feeds an outcome is the cause */
+#define DISAGREES 0.1 /* of the leading agreement's score: another reading disagrees with it */
 #define SPEAKS 3.0    /* nats from which on behaviour speaks for a shift, or against it */
 
 bool rimi_cause_is_gain(const search_hypothesis *h) {
@@ -249,15 +250,14 @@ static double confirmed(const rim_monitor *m, uint16_t agreement) {
 }
 
 /* Two sensors disagree: their agreements deviate together, and the larger score need not be that of
- * the sensor that is off. Where the commands say that the leading one is right and that the next
- * one is off, it is the next one. */
+ * the sensor that is off. One of them is. Where the commands say that it is not the leading one, it
+ * is the next one, unless they contradict that nearly as much. */
 static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (rimi_agreement_integral(&m->models.agreement, leading % outcomes) < outcomes)
     return leading;
   uint16_t next = leading;
-  double score =
-      rimi_max(BEHAVIOUR_SHARE * rimi_cause_score(m, leading), m->models.threshold.alarm_score);
+  double score = DISAGREES * rimi_cause_score(m, leading);
   for (uint16_t j = 0; j < outcomes; ++j) {
     const uint16_t c = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + j);
     if (c == leading || rimi_cause_is_into(m, c) || rimi_cause_score(m, c) < score)
@@ -265,10 +265,11 @@ static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
     score = rimi_cause_score(m, c);
     next = c;
   }
-  return next != leading && deviates_too(m, leading, next) && confirmed(m, next) >= SPEAKS &&
-                 confirmed(m, leading) <= -SPEAKS
-             ? next
-             : leading;
+  if (next == leading || rimi_cause_score(m, leading % outcomes) >= SPEAKS ||
+      !deviates_too(m, leading, next))
+    return leading;
+  const double is_leading = confirmed(m, leading);
+  return is_leading <= -SPEAKS && confirmed(m, next) >= is_leading + 2.0 * SPEAKS ? next : leading;
 }
 
 /* Whether outcome j may be the cause of what the leading outcome keeps: it deviates by its own
