@@ -127,10 +127,24 @@ void what_is_constant_can_be_trained(void **) {
   assert_int_equal(replayer.replay(logs[0], {}).health.rows.out_of_range, 100);
 }
 
+// An alarm is updated twelve times in a run, but no more often than every ten seconds.
+void short_runs_are_updated_more_often(void **) {
+  const double short_s = toy_log(1).t_s.back(), twelfth_s = trained().plan.inhibit_s;
+  assert_true(twelfth_s < 10.0 && std::abs(12.0 * twelfth_s - short_s) < 0.05 * short_s);
+  std::vector<rim::Log> logs = made_vehicles(1, 3);
+  assert_true(logs[0].t_s.back() > 130.0);
+  for (rim::Log &log : logs) {
+    log.columns = {log.columns[2]};
+    log.values = log.values.col(2).eval();
+  }
+  const double of_long_s = rim::train(logs, rim::TrainOptions{}).plan.inhibit_s;
+  assert_true(of_long_s > 9.99 && of_long_s < 10.01);
+}
+
 // An outcome that neither the commands nor the other sensors explain cannot be watched: it is said.
 void what_cannot_be_modelled_is_said(void **) {
   std::vector<rim::Log> logs = made_vehicles(1, 12); // of fewer all is learnt again without each
-  for (rim::Log &log : logs) { // u.a, u.b, s.lag and what obeys nothing
+  for (rim::Log &log : logs) {                       // u.a, u.b, s.lag and what obeys nothing
     log.columns = {log.columns[0], log.columns[1], log.columns[2], log.columns[6]};
     const rim::Matrix all = log.values;
     log.values.resize(all.rows(), 4);
@@ -224,6 +238,7 @@ int main() {
       cmocka_unit_test(promise_is_kept_and_faults_are_found),
       cmocka_unit_test(report_says_what_was_done),
       cmocka_unit_test(what_is_constant_can_be_trained),
+      cmocka_unit_test(short_runs_are_updated_more_often),
       cmocka_unit_test(what_cannot_be_modelled_is_said),
       cmocka_unit_test(odd_runs_are_named),
       cmocka_unit_test(own_predictions_are_taken_as_they_are),
