@@ -102,6 +102,20 @@ static void a_warning_does_not_replace_a_finding(void **state) {
   }
 }
 
+/* A shift of zero has no direction: neither it nor one that follows it points the other way. */
+static void zero_has_no_direction(void **state) {
+  (void)state;
+  rim_alarm a = finding(20.0);
+  const double shift = a.shift[0];
+  a.shift[0] = 0.0;
+  raised(0.25, &a);
+  assert_false(row(5.0, &a));
+  a.shift[0] = shift;
+  assert_false(row(10.0, &a));
+  a.ln_anom = 40.0;
+  assert_true(row(15.0, &a));
+}
+
 /* Without an outcome there is none that could be another. */
 static void what_is_not_named_makes_no_other_alarm(void **state) {
   (void)state;
@@ -174,6 +188,7 @@ int main(void) {
       cmocka_unit_test(silence_breaks_what_each_detector_found),
       cmocka_unit_test(an_update_that_is_just_one),
       cmocka_unit_test(a_warning_does_not_replace_a_finding),
+      cmocka_unit_test(zero_has_no_direction),
       cmocka_unit_test(what_is_not_named_makes_no_other_alarm),
       cmocka_unit_test(what_would_raise),
       cmocka_unit_test(the_older_record_leaves_first),
