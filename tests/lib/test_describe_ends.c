@@ -12,7 +12,8 @@ static double both_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
   return channel < 2 * O && i >= 40 ? 4.0 : 0.0;
 }
 
-/* A monitor in which this channel leads, and the other outcome's scores this. */
+/* A monitor in which this channel leads, and the other outcome's scores this. By its behaviour the
+ * first deviates a little too, so that the other is not looked at again. */
 static void lead(uint16_t channel, double other) {
   const recipe r = without_integrals();
   from(&r, false);
@@ -20,6 +21,8 @@ static void lead(uint16_t channel, double other) {
   plant_nothing();
   plant(channel, SEARCH_SINCE, 3.0 * alarm_at, as_shift(channel, 4.0), 40);
   plant(channel ^ 1u, SEARCH_SINCE, other, as_shift(channel ^ 1u, 4.0), 40);
+  if (channel >= AGREEMENT)
+    plant((uint16_t)(channel - AGREEMENT), SEARCH_SINCE, 3.5, as_shift(B1, 4.0), 40);
 }
 
 /* The first outcome is named beside the second; where its score does not pass nothing is said of
