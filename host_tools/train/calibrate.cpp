@@ -424,9 +424,9 @@ namespace {
 // A feature that may describe a region.
 struct RegionFeature {
   std::uint16_t feature = 0;
-  std::uint16_t outcome = 0xffff; // whose prediction stands for it; 0xffff: as measured
-  Eigen::VectorXd values;         // in every block of every run
-  Eigen::VectorXd value, rank;    // centred, of length one: their products are correlations
+  std::uint16_t outcome = 0xffff;    // whose prediction stands for it; 0xffff: as measured
+  Eigen::VectorXd values;            // in every block of every run
+  Eigen::VectorXd by_value, by_rank; // centred, of length one: their products are correlations
 };
 
 Eigen::VectorXd centred(const Eigen::VectorXd &x) {
@@ -435,7 +435,7 @@ Eigen::VectorXd centred(const Eigen::VectorXd &x) {
 
 // How much two features are alike, 0 to 1, by rank or by value, whichever is more.
 double alike(const RegionFeature &a, const RegionFeature &b) {
-  return std::max(std::abs(a.rank.dot(b.rank)), std::abs(a.value.dot(b.value)));
+  return std::max(std::abs(a.by_rank.dot(b.by_rank)), std::abs(a.by_value.dot(b.by_value)));
 }
 
 // A region can be told from noise where the vehicle stays in it for some blocks: the correlation of
@@ -447,8 +447,8 @@ double lasting(const std::vector<SearchRun> &runs, const RegionFeature &f) {
   Eigen::Index at = 0;
   for (const SearchRun &run : runs) {
     const Eigen::Index n = run.blocks->blocks(), pairs = std::max<Eigen::Index>(0, n - kStay);
-    const auto now = f.value.segment(at, pairs);
-    with_later += now.dot(f.value.segment(at + std::min(n, kStay), pairs));
+    const auto now = f.by_value.segment(at, pairs);
+    with_later += now.dot(f.by_value.segment(at + std::min(n, kStay), pairs));
     with_itself += now.squaredNorm();
     at += n;
   }
@@ -477,8 +477,8 @@ std::vector<RegionFeature> distinct_features(const Layout &layout,
     const bool is_only = &feature == &candidates.back().first && distinct.empty();
     if (!(next.values.maxCoeff() > next.values.minCoeff()) && !is_only)
       continue;
-    next.value = centred(next.values);
-    next.rank = centred(ranks(next.values));
+    next.by_value = centred(next.values);
+    next.by_rank = centred(ranks(next.values));
     const bool repeats =
         std::any_of(distinct.begin(), distinct.end(), [&](const RegionFeature &earlier) {
           return alike(next, earlier) >= redundant;

@@ -88,8 +88,9 @@ void set_alarm_from_runs(Thresholds *thresholds, const std::vector<float> &alone
                          double most_margin = std::numeric_limits<double>::infinity());
 
 // Features that may describe a region, with the outcome whose prediction stands for the feature
-// (0xffff: as measured): commands and context, then sensors; those that repeat an earlier one are
-// left out.
+// (0xffff: as measured): commands and context, then sensors. Those that repeat an earlier one are
+// left out, and of more than options.region_features the sensors that are most like others or do
+// not last. Cost: a correlation over all blocks for each pair of features.
 void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
                    const std::vector<double> &r2, const CalibrationOptions &options);
 
