@@ -18,6 +18,8 @@ const char *section_name(std::uint32_t id) {
     return "configuration";
   case RIM_SECTION_LEVEL:
     return "model: outcomes from the other sensors";
+  case RIM_SECTION_QUADRATIC:
+    return "model: outcomes from products of readings";
   case RIM_SECTION_BASIS:
     return "inputs of the models";
   case RIM_SECTION_BEHAVIOUR:

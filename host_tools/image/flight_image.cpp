@@ -105,6 +105,7 @@ std::vector<std::uint8_t> write_image(const FlightPlan &plan, std::uint32_t mode
       writer.add_section(id, bytes);
   };
   add(RIM_SECTION_LEVEL, plan.level);
+  add(RIM_SECTION_QUADRATIC, plan.quadratic);
   if (!plan.inverse_sd.empty())
     writer.add_section(RIM_SECTION_SCALES, floats(plan.inverse_sd, {}));
   if (!plan.noise.empty()) {

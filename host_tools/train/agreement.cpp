@@ -25,6 +25,7 @@ const std::vector<double> kRidges{10.0, 100.0, 1e3, 1e4};
 constexpr std::size_t kFew = 4;          // others at most, each of which must lower the squared
 constexpr double kFewWins = 0.1;         // error by this part, all of them to at most
 constexpr double kFewMustExplain = 0.25; // this part of the outcome's variance
+const std::vector<double> kProductRidges{1.0, 10.0, 100.0, 1e3, 1e4};
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
 
 // Regressors of all outcomes in one run: residuals of this block, of the block before, and of this
@@ -163,6 +164,20 @@ void learn_scales(Agreement *a, const std::vector<Matrix> &residual, std::size_t
   }
 }
 
+// The outcomes in standard deviations, from products of readings.
+Regression quadratic_regression(const Quadratic &products, const Layout &layout,
+                                const Levels &levels, const RunStore &runs) {
+  Regression of_all;
+  of_all.runs = runs.size();
+  of_all.rows = [&products, &layout, &levels, &runs](std::size_t r) {
+    return Rows{quadratic_terms(products, layout, runs[r]),
+                (runs[r].outcome.rowwise() - levels.mean).array().rowwise() / levels.sd.array()};
+  };
+  if (products.paired > 0)
+    add_folds(&of_all, true);
+  return of_all;
+}
+
 // Residuals of every outcome, in standard deviations, from those of the others.
 Regression linear_regression(const Agreement &a, const Basis &basis, const RunStore &runs,
                              const std::vector<Matrix> &residual) {
@@ -200,6 +215,8 @@ struct Sources {
   const std::vector<Matrix> &residual, &level;
   const Levels &levels;
   Regression linear, few, integral;
+  const Quadratic &products; // paired 0: there are none
+  Regression quadratic;
 };
 
 // What the regressors leave of a target in one run.
@@ -229,6 +246,8 @@ public:
     if (offset_variance(remains_, from_.runs.size()) < kMustWin * variance)
       take(AGREEMENT_LEVEL, part);
   }
+  // Products of the others' readings.
+  void try_quadratic();
   // The integral of others.
   void try_integral() {
     const std::uint16_t feature = from_.layout.outcome_feature[static_cast<std::size_t>(j_)];
@@ -254,7 +273,7 @@ public:
   int source = AGREEMENT_RESIDUALS;
   bool integrates = false; // its changes are mostly those of the integral, if that was tried
   double error = 1.0, variance = 1e300, integrand = -1.0, intercept = 0.0;
-  Eigen::VectorXd weight, few; // of the residuals, the readings
+  Eigen::VectorXd weight, few, quadratic; // of the residuals, the readings, their products
   Integral integral;
   Eigen::Index into = -1; // INTO: the outcome that integrates this one
   std::vector<Eigen::VectorXd> series;
@@ -311,6 +330,24 @@ void Choice::try_few() {
   few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
   intercept = from_.levels.mean[j_] + sd * w[w.size() - 1] - few.dot(from_.levels.mean);
   take(AGREEMENT_FEW, std::sqrt(fit.squares * sd * sd / std::max(own, 1e-300)));
+}
+
+void Choice::try_quadratic() {
+  const std::vector<Eigen::Index> columns =
+      quadratic_columns(from_.products, from_.layout, static_cast<std::size_t>(j_));
+  const Fit fit = best_fit(from_.quadratic, columns, j_, kProductRidges);
+  const double sd = from_.levels.sd[j_];
+  double own = 0.0;
+  for (std::size_t r = 0; r < remains_.size(); ++r) {
+    remains_[r] = left_over(from_.quadratic.rows(r), j_, fit.weight[from_.runs.fold(r)]) * sd;
+    if (r < from_.runs.size())
+      own += from_.residual[r].col(j_).squaredNorm();
+  }
+  if (offset_variance(remains_, from_.runs.size()) >= kMustWin * variance)
+    return;
+  quadratic = sd * fit.weight[kFolds];
+  quadratic[0] += from_.levels.mean[j_];
+  take(AGREEMENT_QUADRATIC, std::sqrt(fit.squares * sd * sd / std::max(own, 1e-300)));
 }
 
 void Choice::take_integral(const std::vector<Integral> &of) {
@@ -379,6 +416,10 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
     choice->try_few();
   if (!sources.level.empty() && !is_angle_outcome(sources.layout, j))
     choice->try_level();
+  // Where one other reading says the same, the two are compared with each other.
+  if (sources.products.paired > 0 && !is_angle_outcome(sources.layout, j) &&
+      only_other(*choice, a.inverse_sd.size()) == a.inverse_sd.size())
+    choice->try_quadratic();
   if (o > 1 && has_integrands)
     choice->try_integral();
   return choice;
@@ -408,7 +449,7 @@ void free_twins(const Sources &sources, const Agreement &a,
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
                         const std::vector<Matrix> &residual, const std::vector<Matrix> &predicted,
-                        const std::vector<Matrix> &level) {
+                        const std::vector<Matrix> &level, bool products) {
   const Eigen::Index o = residual.front().cols();
   const Eigen::Index total = o * (2 + static_cast<Eigen::Index>(basis.means.size()));
   Agreement a;
@@ -416,6 +457,8 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   learn_scales(&a, residual, runs.size());
   learn_integrands(&a, layout, runs);
   const Levels levels = learn_levels(runs);
+  if (products)
+    a.quadratic = quadratic_inputs(layout, runs);
   const Sources sources{layout,
                         runs,
                         residual,
@@ -423,7 +466,9 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         levels,
                         linear_regression(a, basis, runs, residual),
                         level_regression(levels, runs),
-                        integral_regression(a, runs)};
+                        integral_regression(a, runs),
+                        a.quadratic,
+                        quadratic_regression(a.quadratic, layout, levels, runs)};
   a.row = Matrix::Zero(o, AGREEMENT_FIRST + total);
   a.error.assign(static_cast<std::size_t>(o), 1.0);
   a.source.assign(static_cast<std::size_t>(o), AGREEMENT_RESIDUALS);
@@ -450,6 +495,8 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
       a.row(j, 1) = choice.intercept;
       a.row.row(j).segment(AGREEMENT_FIRST, o) = choice.few.transpose();
     }
+    if (choice.source == AGREEMENT_QUADRATIC)
+      a.quadratic.models.emplace_back(outcome, choice.quadratic);
     a.row(j, 3) = choice.integral.lag;
     integral.push_back(choice.integral.weight);
     for (std::size_t r = 0; r < choice.series.size(); ++r) {

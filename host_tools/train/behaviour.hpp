@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "train/quadratic.hpp"
 #include "train/run_store.hpp"
 
 namespace rim {
@@ -60,6 +61,7 @@ struct Agreement {
   Matrix row;                            // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
   std::vector<double> error;             // of each outcome, runs left out, over the behaviour's
   std::vector<int> source;               // of each outcome: agreement_source
+  Quadratic quadratic;                   // the models of those whose source it is
   std::vector<Matrix> remains, expected; // of all() runs: blocks x outcomes
 };
 
@@ -69,12 +71,12 @@ std::vector<bool> integrated_outcomes(const Layout &layout,
                                       const RunStore &runs);
 
 // level: of all() runs, the outcomes as section LEVEL predicts them from the other sensors, by
-// models without the run; empty: there is none. integrands: of the runs' columns early and late.
+// models without the run; empty: there is none. products: section QUADRATIC may be a source. integrands: of the runs' columns early and late.
 // residual, predicted: of behaviour, blocks x outcomes of all() runs.
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
                         const std::vector<Matrix> &residual, const std::vector<Matrix> &predicted,
-                        const std::vector<Matrix> &level);
+                        const std::vector<Matrix> &level, bool products);
 // rimi_noise_disturbance() of every block, per run.
 std::vector<Eigen::VectorXd> disturbances(const Agreement &agreement,
                                           const std::vector<Matrix> &residual);

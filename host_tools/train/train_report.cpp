@@ -28,7 +28,7 @@ std::string outcome_report(const Training &training) {
                {"seen from", "offset"},
                {"model", ""}});
   static const char *const how[] = {"residuals", "levels", "integral", "few readings",
-                                    "what integrates it"};
+                                    "what integrates it", "products"};
   std::string blind;
   for (std::size_t o = 0; o < training.outcomes.size(); ++o) {
     const OutcomeReport &r = training.outcomes[o];

@@ -91,20 +91,6 @@ struct Level {
   std::vector<Matrix> beyond;        // 1 where a block lies beyond what the other runs taught
 };
 
-Eigen::Index level_inputs(const Layout &layout) {
-  return rimi_level_inputs(layout.command.data(), static_cast<std::uint32_t>(layout.features()),
-                           nullptr, nullptr);
-}
-
-// What section LEVEL sees of every block: blocks x level_inputs().
-Matrix level_inputs(const Layout &layout, const Matrix &context) {
-  Matrix x(context.rows(), level_inputs(layout));
-  for (Eigen::Index i = 0; i < context.rows(); ++i)
-    (void)rimi_level_inputs(layout.command.data(), static_cast<std::uint32_t>(layout.features()),
-                            context.row(i).data(), x.row(i).data());
-  return x;
-}
-
 // Runs that were not learnt from, as the flight code judges them.
 void judge_level(const Layout &layout, const RunStore &runs, Level *level) {
   rim_nominal model;
@@ -113,7 +99,7 @@ void judge_level(const Layout &layout, const RunStore &runs, Level *level) {
   const std::size_t outcomes = layout.outcomes();
   auto beyond = std::make_unique<bool[]>(outcomes);
   for (std::size_t r = runs.size(); r < runs.all(); ++r) {
-    const Matrix x = level_inputs(layout, runs[r].context);
+    const Matrix x = reading_inputs(layout, runs[r].context);
     level->predicted.push_back(predict_flight(level->section, x).mean);
     Matrix of_run(x.rows(), static_cast<Eigen::Index>(outcomes));
     for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -131,12 +117,12 @@ Level fit_level(const Layout &layout, const RunStore &runs) {
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
     rows += run.blocks();
-  Matrix x(rows, level_inputs(layout));
+  Matrix x(rows, reading_inputs(layout));
   Matrix y(rows, static_cast<Eigen::Index>(layout.outcomes()));
   std::vector<std::uint32_t> run_of;
   Eigen::Index at = 0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    x.middleRows(at, runs[r].blocks()) = level_inputs(layout, runs[r].context);
+    x.middleRows(at, runs[r].blocks()) = reading_inputs(layout, runs[r].context);
     y.middleRows(at, runs[r].blocks()) = runs[r].outcome;
     at += runs[r].blocks();
     run_of.insert(run_of.end(), static_cast<std::size_t>(runs[r].blocks()),
@@ -173,9 +159,11 @@ bool wants_level(const Layout &layout, const RunStore &runs) {
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
     rows += run.blocks();
-  return !layout.external && layout.outcomes() >= 3 && rows >= 40 * level_inputs(layout) &&
-         level_inputs(layout) <= RIM_NOMINAL_MAX_INPUTS;
+  return !layout.external && layout.outcomes() >= 3 && rows >= 40 * reading_inputs(layout) &&
+         reading_inputs(layout) <= RIM_NOMINAL_MAX_INPUTS;
 }
+
+bool wants_products(const Layout &layout) { return !layout.external && layout.outcomes() >= 3; }
 
 // Of a model that does without some features.
 std::string without_words(const Layout &layout, const std::vector<std::uint16_t> &without) {
@@ -295,7 +283,8 @@ struct Learnt {
   std::vector<Eigen::VectorXd> disturbance;
 };
 
-Learnt learn(const HealthyRuns &healthy, const RunStore &runs) {
+// products: section QUADRATIC may be used; a small processor in flight has no time for it.
+Learnt learn(const HealthyRuns &healthy, const RunStore &runs, bool products) {
   const Layout &layout = healthy.plan.layout;
   Learnt l;
   l.basis = healthy.plan.basis;
@@ -309,7 +298,8 @@ Learnt learn(const HealthyRuns &healthy, const RunStore &runs) {
     l.level = fit_level(layout, runs);
   give_back_memory();
   l.agreement = fit_agreement(layout, l.basis, healthy.integrands, runs, l.behaviour.residual,
-                              l.behaviour.predicted, l.level.predicted);
+                              l.behaviour.predicted, l.level.predicted,
+                              products && wants_products(layout));
   const std::vector<int> &source = l.agreement.source;
   if (std::count(source.begin(), source.end(), AGREEMENT_LEVEL) == 0)
     l.level.section.clear();
@@ -366,14 +356,14 @@ Judgement judge_many(const HealthyRuns &healthy, const Learnt &learnt,
 }
 
 // By models and noise that are learnt again without the run.
-Judgement judge_few(const HealthyRuns &healthy) {
+Judgement judge_few(const HealthyRuns &healthy, bool products) {
   Judgement j;
   j.runs.resize(healthy.runs.size());
   Progress progress("learn without each", j.runs.size());
   for (std::size_t r = 0; r < j.runs.size(); ++r) {
     j.stores.push_back(std::make_unique<const RunStore>(healthy.runs.without(r)));
     const RunStore &store = *j.stores.back();
-    j.learnt.push_back(std::make_unique<const Learnt>(learn(healthy, store)));
+    j.learnt.push_back(std::make_unique<const Learnt>(learn(healthy, store, products)));
     const std::vector<SearchRun> all = seen_runs(store, *j.learnt.back());
     j.noise.push_back(std::make_unique<const NoiseModel>(
         noise_without(healthy, *j.learnt.back(), {all.begin(), all.end() - 1}, kFolds)));
@@ -398,8 +388,9 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   training.warnings = healthy.warnings;
   training.input = healthy.input;
   const bool few = is_learnt_again(runs.size(), plan.layout.external);
-  Judgement judgement = few ? judge_few(healthy) : Judgement{};
-  Learnt learnt = learn(healthy, runs);
+  const bool products = !options.calibration.flight;
+  Judgement judgement = few ? judge_few(healthy, products) : Judgement{};
+  Learnt learnt = learn(healthy, runs, products);
   runs.forget_wide(); // what is not needed any more goes
   give_back_memory();
   const std::vector<SearchRun> seen = seen_runs(runs, learnt);
@@ -413,6 +404,7 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   }
   plan.agreement = agreement_section(learnt.agreement, plan.basis.means.size());
   plan.level = learnt.level.section;
+  plan.quadratic = quadratic_section(learnt.agreement.quadratic);
   set_search(&plan, seen, options);
   choose_region(&plan, seen, explained_parts(plan, learnt.behaviour), options.calibration);
   training.scores = calibrate_runs(&plan, &training.noise, judgement.runs, options.calibration);

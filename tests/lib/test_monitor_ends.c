@@ -313,6 +313,63 @@ static void a_level_is_used(void **state) {
   assert_true(less.block > more.block);
 }
 
+/* A model of one outcome: an eighth, and half of the product of its block's first input with that
+ * of the block before. */
+static void put_quadratic(bytes *s, uint32_t inputs, uint32_t outcome) {
+  const uint32_t header[4] = {RIM_QUADRATIC_LAYOUT, inputs, 1, 2 * inputs};
+  for (size_t i = 0; i < 4; ++i)
+    u32(s, header[i]);
+  for (uint32_t i = 0; i < 2 * inputs; ++i)
+    f32(s, i < inputs ? 0.0 : 1.0);
+  u32(s, outcome);
+  for (uint32_t i = 0; i < RIM_QUADRATIC_TERMS(inputs, 2 * inputs); ++i)
+    f32(s, i == 0 ? 0.125 : i == 1 + 2 * inputs + inputs ? 0.5 : 0.0);
+}
+
+/* Agreement of outcome 1 with products of readings: section QUADRATIC is used, and must fit. */
+static void products_are_used(void **state) {
+  (void)state;
+  recipe r = calibrated[0];
+  bytes *quadratic = &r.section[RIM_SECTION_QUADRATIC];
+  put_quadratic(quadratic, D, 1);
+  put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * (4 + O * (2 + MEANS)),
+          AGREEMENT_QUADRATIC);
+  from(&r, false);
+  rim_work_counts with, without;
+  image plain;
+  build(&plain, &calibrated[0]);
+  assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &with), RIM_OK);
+  assert_int_equal(rimi_work_counts_of(plain.byte, plain.size, &without), RIM_OK);
+  assert_true(with.quadratic_inputs == D && without.quadratic_inputs == 0);
+  assert_int_equal(with.quadratic_terms, RIM_QUADRATIC_TERMS(D, 2 * D));
+  assert_int_equal(with.memory_bytes, without.memory_bytes + 16 * D);
+  rim_work more, less;
+  rimi_work_bound(&with, &more);
+  rimi_work_bound(&without, &less);
+  assert_true(more.block > less.block && more.step > less.step && more.row == less.row);
+  double before = 0.0;
+  for (uint32_t t = 0; t < 8 * BLOCK; ++t) {
+    (void)step(&b, 915, t, 0.0);
+    if (t % BLOCK != BLOCK - 1)
+      continue;
+    const double now = fmin(fmax(rimi_blocks_context(b.monitor->rows)[0], -4.0), 4.0);
+    const double *measured = rimi_blocks_outcomes(b.monitor->rows);
+    const double left = measured[1] - 0.125 - 0.5 * now * before;
+    if (t > 3 * BLOCK) /* a run's first blocks begin it */
+      assert_true(fabs(b.monitor->residual[RIM_CHANNEL_AGREEMENT * O + 1] - left) < 1e-9);
+    before = now;
+  }
+  for (int what = 0; what < 4; ++what) {
+    quadratic->size = 0;
+    put_quadratic(quadratic, what == 0 ? D - 1 : D, what == 1 ? 0 : what == 2 ? O : 1);
+    if (what == 3)
+      put_u32(quadratic->byte, RIM_QUADRATIC_LAYOUT + 1);
+    assert_int_equal(status_of(&r), what == 1   ? RIM_E_CONFIG /* outcome 1 has no model */
+                                    : what == 3 ? RIM_E_VERSION
+                                                : RIM_E_RANGE);
+  }
+}
+
 /* Of a block farther from the one prototype than three quarters of its reach of 1, the outcome's
  * own reading left out, its agreement with section LEVEL says nothing; that with others does. */
 static void says_nothing_beyond(uint32_t own) {
@@ -661,6 +718,7 @@ int main(void) {
       cmocka_unit_test(everything_is_looked_at_at_once),
       cmocka_unit_test(copies_with_spoilt_parts),
       cmocka_unit_test(a_level_is_used),
+      cmocka_unit_test(products_are_used),
       cmocka_unit_test(a_level_says_nothing_beyond_its_training),
       cmocka_unit_test(a_region_over_an_outcome),
       cmocka_unit_test(nothing_is_watched),

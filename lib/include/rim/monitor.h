@@ -82,7 +82,7 @@ typedef struct rim_monitor_health {
   uint32_t partly; /* blocks examined in part: commands not seen act in them, or a long run is on */
 } rim_monitor_health;
 
-#define RIM_MONITOR_HEADER_BYTES 2232u
+#define RIM_MONITOR_HEADER_BYTES 2264u
 #define RIM_MONITOR_ROUND8(n) (((size_t)(n) + 7u) / 8u * 8u)
 /* Bytes for rows and blocks. filters: inputs times time constants of section BASIS, 0 without. */
 #define RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms)                                  \
@@ -99,7 +99,7 @@ typedef struct rim_monitor_health {
 /* Bytes, at most, for a monitor of an image with section NOISE: fields and means as there. */
 #define RIM_MONITOR_TRAINED_SIZE(features, outcomes, region_features, ring, filters, terms,        \
                                  fields, means)                                                    \
-  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) + 4240u +  \
+  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) + 4752u +  \
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
        (2u * (size_t)(fields) * ((fields) + 3u) + 74u + (region_features)) +                       \
    (size_t)(ring) *                                                                                \

@@ -257,8 +257,8 @@ static bool agreement_rows_fit(const rim_agreement *a, uint32_t features) {
     const float source = rimi_le_f32(row, 0), integrand = rimi_le_f32(row, 2);
     const double lag = (double)rimi_le_f32(row, 3);
     const float of = rimi_le_f32(row, 1);
-    if (!(source >= 0.0f && source <= (float)AGREEMENT_INTO) ||
-        (source >= (float)AGREEMENT_INTO &&
+    if (!(source >= 0.0f && source <= (float)AGREEMENT_QUADRATIC) ||
+        ((uint32_t)source == AGREEMENT_INTO &&
          (!(of >= 0.0f && of < (float)a->outcomes) || (size_t)of == o)) ||
         !(integrand >= -1.0f && integrand < (float)a->outcomes) ||
         !(lag >= -AGREEMENT_LAG && lag <= AGREEMENT_LAG))
@@ -425,12 +425,15 @@ void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *bloc
     const uint8_t *row = a->row + 4u * (size_t)o * stride;
     const uint32_t of = rimi_agreement_integral(a, o);
     uint32_t source = (uint32_t)rimi_le_f32(row, 0);
-    if (source == AGREEMENT_LEVEL && block->level == NULL)
+    if ((source == AGREEMENT_LEVEL && block->level == NULL) ||
+        (source == AGREEMENT_QUADRATIC && block->quadratic == NULL))
       source = AGREEMENT_RESIDUALS;
     if (source == AGREEMENT_RESIDUALS)
       remains[o] = from_residuals(a, block, row, o, state + BEFORE_RESIDUAL * count);
     else if (source == AGREEMENT_LEVEL)
       remains[o] = block->measured[o] - block->level[o];
+    else if (source == AGREEMENT_QUADRATIC)
+      remains[o] = block->measured[o] - block->quadratic[o];
     else if (source == AGREEMENT_FEW)
       remains[o] = from_few(a, block, row, o);
     else {

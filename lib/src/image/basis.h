@@ -130,7 +130,7 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
  * RESIDUALS: weights of the others' residuals of the same block, of the block before, and of the
  *   same block times mean 0, 1, ... Residuals enter in standard deviations, clipped at
  *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
- * LEVEL: the outcome less its prediction by section LEVEL; no weights.
+ * LEVEL, QUADRATIC: the outcome less its prediction by the section of that name; no weights.
  * FEW: the outcome less the intercept and a weighted sum of a few others, all in their units: what
  *   one sensor says of another holds wherever the vehicle goes.
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
@@ -157,7 +157,8 @@ typedef enum agreement_source {
   AGREEMENT_LEVEL = 1,
   AGREEMENT_INTEGRAL = 2,
   AGREEMENT_FEW = 3,
-  AGREEMENT_INTO = 4
+  AGREEMENT_INTO = 4,
+  AGREEMENT_QUADRATIC = 5
 } agreement_source;
 
 /* An integrand of the features a and b. */
@@ -182,6 +183,7 @@ typedef struct agreement_block {
   const double *residual, *mean, *measured, *predicted; /* predicted: by behaviour */
   const double *early, *late; /* [integrands]: mean - 2 q and mean + 2 q, as above */
   const double *level;        /* NULL: there is no section LEVEL */
+  const double *quadratic;    /* NULL: there is no section QUADRATIC */
   bool follows;               /* the block before is its neighbour in time */
 } agreement_block;
 

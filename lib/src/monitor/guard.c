@@ -228,7 +228,8 @@ static uint32_t sum_effects(const rim_monitor *m) {
   if (!m->is_trained)
     return rimi_select_tables_sum(m->select);
   return rimi_upper_sum(rimi_search_effects_sum(m->search), m->agreement_state,
-                        AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES]);
+                        AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES] +
+                            2u * (size_t)m->models.quadratic.inputs);
 }
 
 static uint32_t sum_ring(const rim_monitor *m) {

@@ -8,6 +8,7 @@
 #include "image/correct.h"
 #include "image/noise.h"
 #include "image/nominal.h"
+#include "image/quadratic.h"
 #include "image/threshold.h"
 #include "interference/detector.h"
 #include "monitor/blocks.h"
@@ -39,6 +40,7 @@ typedef struct monitor_models {
   rim_behaviour behaviour;
   rim_agreement agreement;
   rim_nominal level;
+  rim_quadratic quadratic;
   rim_noise noise;
   rim_correct correct;
   rim_threshold threshold;
@@ -70,6 +72,7 @@ struct rim_monitor {
   interference_watch *watch; /* NULL: the image has none */
   double *unit;              /* not trained: [region features] in unit coordinates */
   double *predicted, *residual, *level, *agreement_state; /* trained: [2 O] [4 O] [2 O] [5 O] */
+  double *quadratic_state; /* trained: [2 inputs of section QUADRATIC], behind agreement_state */
   uint8_t *place;                                         /* trained: [region features] */
   bool *unknown;                                          /* trained: [channels], of the block */
   rim_alarm_life life;

@@ -130,6 +130,25 @@ static rim_status fits(const monitor_plan *p, uint32_t features, uint32_t outcom
              : RIM_E_CONFIG;
 }
 
+/* Every outcome whose agreement is by section QUADRATIC has its model there. */
+static rim_status open_quadratic(monitor_plan *p) {
+  const uint8_t *data;
+  size_t bytes;
+  if (!find(p, RIM_SECTION_QUADRATIC, &data, &bytes))
+    return RIM_OK;
+  const uint32_t outcomes = p->words[RIM_CONFIG_OUTCOMES];
+  const uint32_t inputs =
+      rimi_level_inputs(p->rows.role, p->words[RIM_CONFIG_FEATURES], NULL, NULL);
+  const rim_status status =
+      rimi_quadratic_open(&p->models.quadratic, data, bytes, inputs, outcomes);
+  for (uint32_t o = 0; status == RIM_OK && o < outcomes; ++o) {
+    if (rimi_agreement_source(&p->models.agreement, o) == AGREEMENT_QUADRATIC &&
+        !rimi_quadratic_has(&p->models.quadratic, o))
+      return RIM_E_CONFIG;
+  }
+  return status;
+}
+
 static rim_status open_level(monitor_plan *p) {
   const uint8_t *data;
   size_t bytes;
@@ -244,6 +263,8 @@ static rim_status make_plan(monitor_plan *p, const void *image, size_t image_byt
     status = open_tables(p);
   if (status == RIM_OK && p->is_trained)
     status = open_level(p); /* which needs the tables */
+  if (status == RIM_OK && p->is_trained)
+    status = open_quadratic(p);
   if (status == RIM_OK)
     status = open_scales(p);
   if (status == RIM_OK)
@@ -281,7 +302,9 @@ static rim_status make_layout(const monitor_plan *p, layout *l) {
   l->rows_bytes = rimi_blocks_size(&p->rows);
   l->numbers = l->rows + l->rows_bytes;
   l->place =
-      l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes : features + outcomes);
+      l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes +
+                                             2u * p->models.quadratic.inputs
+                                       : features + outcomes);
   l->search = RIM_MONITOR_ROUND8(l->place + (p->is_trained ? features + p->channel_count : 0u));
   l->watch = RIM_MONITOR_ROUND8(l->search + l->search_bytes);
   l->total = p->has_watch ? l->watch + RIM_MONITOR_INTERFERENCE_BYTES : l->search + l->search_bytes;
@@ -332,6 +355,7 @@ static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   m->residual = numbers + 2u * outcomes;
   m->level = numbers + 6u * outcomes;
   m->agreement_state = numbers + 8u * outcomes;
+  m->quadratic_state = m->agreement_state + AGREEMENT_STATE * outcomes;
   m->place = base + l->place;
   m->unknown = (bool *)(base + l->place + p->search.features);
   m->rows = (blocks *)(void *)(base + l->rows);

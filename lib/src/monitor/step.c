@@ -64,9 +64,9 @@ static bool follows(rim_monitor *m) {
   return is_next;
 }
 
-/* What section LEVEL sees of the block; false: there is no such section. */
+/* What sections LEVEL and QUADRATIC see of the block; false: the image has neither. */
 static bool level_inputs(const rim_monitor *m, double input[RIM_NOMINAL_MAX_INPUTS]) {
-  if (m->models.level.section == NULL)
+  if (m->models.level.section == NULL && m->models.quadratic.section == NULL)
     return false;
   (void)rimi_level_inputs(rimi_blocks_roles(m->rows), m->words[RIM_CONFIG_FEATURES],
                           rimi_blocks_context(m->rows), input);
@@ -77,11 +77,17 @@ static bool level_inputs(const rim_monitor *m, double input[RIM_NOMINAL_MAX_INPU
  * expect. Returns whether the block lies beyond what section LEVEL was trained on. */
 static bool agree(rim_monitor *m, bool is_next) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const double *level = NULL;
+  const double *level = NULL, *quadratic = NULL;
   double extrapolation = 0.0, input[RIM_NOMINAL_MAX_INPUTS];
-  if (level_inputs(m, input) && rimi_nominal_predict(&m->models.level, input, m->level,
-                                                     m->level + outcomes, &extrapolation) == RIM_OK)
+  const bool has_inputs = level_inputs(m, input);
+  if (has_inputs && rimi_nominal_predict(&m->models.level, input, m->level, m->level + outcomes,
+                                         &extrapolation) == RIM_OK)
     level = m->level;
+  if (has_inputs && m->models.quadratic.section != NULL) {
+    quadratic = m->level + outcomes; /* in place of the deviations, which nobody reads */
+    rimi_quadratic_take(&m->models.quadratic, input, is_next, m->quadratic_state);
+    rimi_quadratic_predict(&m->models.quadratic, m->quadratic_state, m->level + outcomes);
+  }
   const agreement_block block = {.residual = m->residual,
                                  .mean = rimi_blocks_means(m->rows),
                                  .measured = rimi_blocks_outcomes(m->rows),
@@ -89,6 +95,7 @@ static bool agree(rim_monitor *m, bool is_next) {
                                  .early = rimi_blocks_early(m->rows),
                                  .late = rimi_blocks_late(m->rows),
                                  .level = level,
+                                 .quadratic = quadratic,
                                  .follows = is_next};
   rimi_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
                           m->residual + RIM_CHANNEL_AGREEMENT * outcomes, m->predicted + outcomes);
@@ -146,7 +153,8 @@ static bool relies_on_out(const rim_monitor *m, uint32_t o) {
     uint32_t j = 0;
     while (j < outcomes && rimi_blocks_outcome_feature(m->rows, j) != f)
       ++j;
-    if (rimi_agreement_takes(&m->models.agreement, o, j, (uint16_t)f))
+    if (rimi_agreement_takes(&m->models.agreement, o, j, (uint16_t)f) ||
+        rimi_agreement_source(&m->models.agreement, o) == AGREEMENT_QUADRATIC)
       return true;
   }
   return false;

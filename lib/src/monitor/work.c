@@ -6,6 +6,7 @@
 #include "image/basis.h"
 #include "image/correct.h"
 #include "image/nominal.h"
+#include "image/quadratic.h"
 #include "image/rolled.h"
 #include "monitor/cause.h"
 #include "rim/alarm.h"
@@ -58,6 +59,12 @@ enum {
 #define CHAINS ((double)RIM_SELECT_CHAINS)
 
 static double intervals(double bins) { return bins * (bins + 1.0) / 2.0; }
+
+static double products(const rim_work_counts *n) { /* inputs, and a multiply-add per term */
+  const double inputs = n->quadratic_inputs;
+  return inputs * (LOOK + (double)EXPONENTIAL + STANDARDISE) +
+         n->quadratic_terms * (double)PRODUCT;
+}
 
 static double prediction(const rim_work_counts *n) {
   if (n->prototypes == 0)
@@ -131,7 +138,7 @@ static double trained_block(const rim_work_counts *n) {
                         3u * n->times * (double)EXPONENTIAL +
                         n->features * n->outcomes * (double)CELL + n->channels * (double)GATHER;
   const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
-                        o * o * (2.0 + n->means) * PRODUCT + prediction(n) + unknown +
+                        o * o * (2.0 + n->means) * PRODUCT + prediction(n) + products(n) + unknown +
                         (n->external ? 0.0 : correction(n));
   const double taken = 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT;
   const double channel = 4u * EXPONENTIAL + 2u * taken + 2u * OUTCOME; /* let go, limited */
@@ -333,6 +340,12 @@ static void count_models(const rim_image *image, rim_work_counts *n) {
     n->angles = level.inputs > n->features ? level.inputs - n->features : 0;
     n->prototypes = level.prototypes;
     n->top = level.top;
+  }
+  if (section_of(image, RIM_SECTION_QUADRATIC, &section, &bytes)) {
+    n->quadratic_inputs = rimi_le_u32(section, 1);
+    n->quadratic_terms =
+        rimi_le_u32(section, 2) *
+        RIM_QUADRATIC_TERMS(n->quadratic_inputs, rimi_le_u32(section, 3));
   }
   if (section_of(image, RIM_SECTION_BASIS, &section, &bytes)) {
     n->inputs = rimi_le_u32(section, 1);

@@ -72,6 +72,7 @@ typedef struct rim_work_counts {
   uint32_t inputs, times, terms, means, rates, fields; /* with it */
   uint32_t integrands;                                 /* of section AGREEMENT */
   uint32_t angles, prototypes, top;                    /* section LEVEL; 0: there is none */
+  uint32_t quadratic_inputs, quadratic_terms;          /* section QUADRATIC: terms of all models */
   uint32_t memory_bytes, image_bytes;
   bool trained, external, corrected, watched, small;
 } rim_work_counts;
