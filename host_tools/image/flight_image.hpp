@@ -43,7 +43,8 @@ struct FlightPlan {
   std::uint32_t seed = 1;
   std::vector<float> inverse_sd; // not trained: of each outcome's residuals; empty: 1
   Basis basis;                   // trained: inputs of the models
-  std::vector<std::uint8_t> level, quadratic, behaviour, agreement, noise, cuts; // sections; empty: absent
+  // Sections; empty: absent.
+  std::vector<std::uint8_t> level, quadratic, behaviour, agreement, noise, cuts;
   Thresholds thresholds;
 
   std::size_t channels() const {

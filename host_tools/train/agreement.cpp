@@ -112,6 +112,30 @@ double offset_variance(const std::vector<Eigen::VectorXd> &series, std::size_t r
   return variance / (1.0 + half * (1.0 - rho) * (1.0 - rho));
 }
 
+// Variance of the difference between the parts of a run before and after a time, over healthy runs:
+// what wanders slowly in them is no autocorrelation of blocks, and hides an offset as well.
+double difference_variance(const std::vector<Eigen::VectorXd> &series, std::size_t runs) {
+  double squares = 0.0, n = 0.0;
+  for (std::size_t r = 0; r < runs; ++r) {
+    const Eigen::VectorXd &e = series[r];
+    for (const double part : {0.25, 0.5, 0.75}) {
+      const auto before = static_cast<Eigen::Index>(part * static_cast<double>(e.size()));
+      if (before < 1)
+        continue;
+      const double d = e.tail(e.size() - before).mean() - e.head(before).mean();
+      squares += 4.0 * part * (1.0 - part) * d * d; // as if it were in the middle
+      n += 1.0;
+    }
+  }
+  return squares / std::max(n, 1.0);
+}
+
+// What chooses among relations that compare readings: the geometric mean of both variances. The
+// first alone takes noise for autocorrelated that wanders, the second is that of a few dozen runs.
+double channel_variance(const std::vector<Eigen::VectorXd> &series, std::size_t runs) {
+  return std::sqrt(offset_variance(series, runs) * difference_variance(series, runs));
+}
+
 bool is_angle_outcome(const Layout &layout, Eigen::Index outcome) {
   return is_angle(layout, layout.outcome_feature[static_cast<std::size_t>(outcome)]);
 }
@@ -243,7 +267,7 @@ public:
   // Section LEVEL.
   void try_level() {
     const double part = level_remains(from_.runs, from_.level, from_.residual, j_, &remains_);
-    if (offset_variance(remains_, from_.runs.size()) < kMustWin * variance)
+    if (channel_variance(remains_, from_.runs.size()) < kMustWin * of_channel)
       take(AGREEMENT_LEVEL, part);
   }
   // Products of the others' readings.
@@ -272,7 +296,7 @@ public:
 
   int source = AGREEMENT_RESIDUALS;
   bool integrates = false; // its changes are mostly those of the integral, if that was tried
-  double error = 1.0, variance = 1e300, integrand = -1.0, intercept = 0.0;
+  double error = 1.0, variance = 1e300, of_channel = 1e300, integrand = -1.0, intercept = 0.0;
   Eigen::VectorXd weight, few, quadratic; // of the residuals, the readings, their products
   Integral integral;
   Eigen::Index into = -1; // INTO: the outcome that integrates this one
@@ -293,6 +317,7 @@ private:
     source = which;
     error = of_behaviour;
     variance = offset_variance(remains_, from_.runs.size());
+    of_channel = channel_variance(remains_, from_.runs.size());
     series = remains_;
   }
   const Sources &from_;
@@ -324,7 +349,7 @@ void Choice::try_few() {
     if (r < from_.runs.size())
       own += from_.residual[r].col(j_).squaredNorm();
   }
-  if (offset_variance(remains_, from_.runs.size()) >= kMustWin * variance)
+  if (channel_variance(remains_, from_.runs.size()) >= kMustWin * of_channel)
     return;
   const Eigen::VectorXd &w = fit.weight[kFolds];
   few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
@@ -343,7 +368,7 @@ void Choice::try_quadratic() {
     if (r < from_.runs.size())
       own += from_.residual[r].col(j_).squaredNorm();
   }
-  if (offset_variance(remains_, from_.runs.size()) >= kMustWin * variance)
+  if (channel_variance(remains_, from_.runs.size()) >= kMustWin * of_channel)
     return;
   quadratic = sd * fit.weight[kFolds];
   quadratic[0] += from_.levels.mean[j_];

@@ -71,7 +71,8 @@ std::vector<bool> integrated_outcomes(const Layout &layout,
                                       const RunStore &runs);
 
 // level: of all() runs, the outcomes as section LEVEL predicts them from the other sensors, by
-// models without the run; empty: there is none. products: section QUADRATIC may be a source. integrands: of the runs' columns early and late.
+// models without the run; empty: there is none. products: section QUADRATIC may be a source.
+// integrands: of the runs' columns early and late.
 // residual, predicted: of behaviour, blocks x outcomes of all() runs.
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,

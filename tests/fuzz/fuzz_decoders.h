@@ -18,6 +18,7 @@
 #include "image/correct.h"
 #include "image/noise.h"
 #include "image/nominal.h"
+#include "image/quadratic.h"
 #include "image/rolled.h"
 #include "image/threshold.h"
 #include "rim/can.h"
@@ -203,8 +204,15 @@ static inline void fuzz_sections(const uint8_t *data, size_t bytes) {
   rim_nominal model;
   rim_threshold threshold;
   rim_correct corrected;
+  static double z[2 * RIM_QUADRATIC_MAX_INPUTS];
+  rim_quadratic products;
   if (rimi_nominal_open(&model, data, bytes) == RIM_OK)
     (void)rimi_nominal_predict(&model, x, mean, sd, NULL);
+  const uint32_t inputs = bytes >= 8 ? rimi_le_u32(data, 1) : 0;
+  if (rimi_quadratic_open(&products, data, bytes, inputs, RIM_NOMINAL_MAX_OUTPUTS) == RIM_OK) {
+    rimi_quadratic_take(&products, x, true, z);
+    rimi_quadratic_predict(&products, z, mean);
+  }
   if (rimi_threshold_open(&threshold, data, bytes) == RIM_OK)
     (void)rimi_threshold_p_value(&threshold, 1.0);
   if (rimi_correct_open(&corrected, data, bytes) == RIM_OK &&

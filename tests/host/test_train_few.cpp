@@ -98,7 +98,7 @@ Without without_run_0(double shift) {
   w.behaviour = rim::fit_behaviour(&w.basis, whole().layout, integrands, store,
                                    kBlockRows * whole().options.period_s);
   w.agreement = rim::fit_agreement(whole().layout, w.basis, integrands, store, w.behaviour.residual,
-                                   w.behaviour.predicted, {});
+                                   w.behaviour.predicted, {}, false);
   return w;
 }
 

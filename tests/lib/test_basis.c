@@ -460,10 +460,10 @@ static void a_wrong_number_of_agreement_anywhere_is_refused(void **state) {
       assert_int_equal(agreement_status(&b), RIM_E_RANGE);
     }
     bytes b = agreement();
-    put_f32(b.byte + ROWS_AT + 4 * o * STRIDE, AGREEMENT_INTO + 0.001);
+    put_f32(b.byte + ROWS_AT + 4 * o * STRIDE, AGREEMENT_QUADRATIC - 0.999);
     assert_int_equal(agreement_status(&b), RIM_E_RANGE);
-    put_f32(b.byte + ROWS_AT + 4 * o * STRIDE,
-            AGREEMENT_INTO); /* of another outcome, which is one */
+    /* Of another outcome, which is one. */
+    put_f32(b.byte + ROWS_AT + 4 * o * STRIDE, AGREEMENT_INTO);
     for (size_t of = 0; of <= OUTCOMES; ++of) {
       put_f32(b.byte + ROWS_AT + 4 * (o * STRIDE + 1), (double)of);
       assert_int_equal(agreement_status(&b), of == o || of == OUTCOMES ? RIM_E_RANGE : RIM_OK);
@@ -663,7 +663,7 @@ static void what_it_moves_tells(void **state) {
   }
   put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 1), 0.0);
   assert_int_equal(agreement_status(&b), RIM_OK);
-  put_f32(b.byte + ROWS_AT + 4 * 2 * STRIDE, AGREEMENT_INTO + 1);
+  put_f32(b.byte + ROWS_AT + 4 * 2 * STRIDE, AGREEMENT_QUADRATIC + 1);
   assert_int_equal(agreement_status(&b), RIM_E_RANGE);
 }
 
@@ -725,7 +725,7 @@ static void damaged_agreement_is_refused(void **state) {
   static const struct {
     size_t word;
     double value;
-  } bad[] = {{0, -1.0}, {0, 5.0}, {2, -2.0}, {2, OUTCOMES}, {3, -1.001}, {3, 1.001}};
+  } bad[] = {{0, -1.0}, {0, 6.0}, {2, -2.0}, {2, OUTCOMES}, {3, -1.001}, {3, 1.001}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     b = good;
     put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + bad[i].word), bad[i].value);

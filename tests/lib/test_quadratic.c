@@ -25,7 +25,8 @@ typedef struct section {
 } section;
 
 typedef struct plain {
-  double centre[D], scale[D], constant[MODELS], linear[MODELS][2 * D], product[MODELS][2 * D][2 * D];
+  double centre[D], scale[D], constant[MODELS], linear[MODELS][2 * D];
+  double product[MODELS][2 * D][2 * D];
 } plain;
 
 static void put_u32(section *s, size_t word, uint32_t v) {

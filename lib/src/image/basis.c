@@ -258,6 +258,7 @@ static bool agreement_rows_fit(const rim_agreement *a, uint32_t features) {
     const double lag = (double)rimi_le_f32(row, 3);
     const float of = rimi_le_f32(row, 1);
     if (!(source >= 0.0f && source <= (float)AGREEMENT_QUADRATIC) ||
+        (float)(uint32_t)source < source || /* between two of them */
         ((uint32_t)source == AGREEMENT_INTO &&
          (!(of >= 0.0f && of < (float)a->outcomes) || (size_t)of == o)) ||
         !(integrand >= -1.0f && integrand < (float)a->outcomes) ||

@@ -4,7 +4,9 @@
 #include "base/bytes.h"
 #include "base/real.h"
 
-static const uint8_t *word_at(const rim_quadratic *q, size_t word) { return q->section + 4u * word; }
+static const uint8_t *word_at(const rim_quadratic *q, size_t word) {
+  return q->section + 4u * word;
+}
 
 static size_t model_words(const rim_quadratic *q) {
   return 1u + RIM_QUADRATIC_TERMS((size_t)q->inputs, (size_t)q->paired);
