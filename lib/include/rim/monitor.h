@@ -82,7 +82,7 @@ typedef struct rim_monitor_health {
   uint32_t partly; /* blocks examined in part: commands not seen act in them, or a long run is on */
 } rim_monitor_health;
 
-#define RIM_MONITOR_HEADER_BYTES 2264u
+#define RIM_MONITOR_HEADER_BYTES 2248u
 #define RIM_MONITOR_ROUND8(n) (((size_t)(n) + 7u) / 8u * 8u)
 /* Bytes for rows and blocks. filters: inputs times time constants of section BASIS, 0 without. */
 #define RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms)                                  \

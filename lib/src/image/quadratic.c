@@ -57,13 +57,14 @@ rim_status rimi_quadratic_open(rim_quadratic *view, const uint8_t *section, size
     return RIM_E_TRUNCATED;
   if (rimi_le_u32(section, 0) != RIM_QUADRATIC_LAYOUT)
     return RIM_E_VERSION;
-  const rim_quadratic q = {.section = section,
-                           .inputs = rimi_le_u32(section, 1),
-                           .models = rimi_le_u32(section, 2),
-                           .paired = rimi_le_u32(section, 3)};
-  if (q.inputs != inputs || q.inputs > RIM_QUADRATIC_MAX_INPUTS || q.models == 0 ||
-      q.models > outcomes || (q.paired != q.inputs && q.paired != 2u * q.inputs))
+  const uint32_t models = rimi_le_u32(section, 2), paired = rimi_le_u32(section, 3);
+  if (rimi_le_u32(section, 1) != inputs || inputs > RIM_QUADRATIC_MAX_INPUTS || models == 0 ||
+      models > outcomes || models > UINT16_MAX || (paired != inputs && paired != 2u * inputs))
     return RIM_E_RANGE;
+  const rim_quadratic q = {.section = section,
+                           .inputs = (uint16_t)inputs,
+                           .models = (uint16_t)models,
+                           .paired = (uint16_t)paired};
   const size_t need = (size_t)(model_at(&q, q.models) - section);
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;

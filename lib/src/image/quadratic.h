@@ -34,7 +34,7 @@ extern "C" {
 /* A view, read in place. A zeroed view has no models. */
 typedef struct rim_quadratic {
   const uint8_t *section; /* not owned: must outlive the view */
-  uint32_t inputs, models, paired;
+  uint16_t inputs, models, paired;
 } rim_quadratic;
 
 /* Opens a view of section[0..bytes), whose inputs must be so many and whose models of outcomes

@@ -72,7 +72,6 @@ struct rim_monitor {
   interference_watch *watch; /* NULL: the image has none */
   double *unit;              /* not trained: [region features] in unit coordinates */
   double *predicted, *residual, *level, *agreement_state; /* trained: [2 O] [4 O] [2 O] [5 O] */
-  double *quadratic_state; /* trained: [2 inputs of section QUADRATIC], behind agreement_state */
   uint8_t *place;                                         /* trained: [region features] */
   bool *unknown;                                          /* trained: [channels], of the block */
   rim_alarm_life life;
@@ -95,6 +94,11 @@ struct rim_monitor {
   rim_interference_verdict motion; /* of the newest row */
   monitor_guard guard;             /* sums all that is above: last */
 };
+
+/* Behind agreement_state: [2 inputs] of section QUADRATIC. */
+static inline double *monitor_quadratic_state(const rim_monitor *m) {
+  return m->agreement_state + AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES];
+}
 
 _Static_assert(sizeof(struct rim_monitor) <= RIM_MONITOR_HEADER_BYTES, "header outgrown");
 

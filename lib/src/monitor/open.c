@@ -355,7 +355,6 @@ static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   m->residual = numbers + 2u * outcomes;
   m->level = numbers + 6u * outcomes;
   m->agreement_state = numbers + 8u * outcomes;
-  m->quadratic_state = m->agreement_state + AGREEMENT_STATE * outcomes;
   m->place = base + l->place;
   m->unknown = (bool *)(base + l->place + p->search.features);
   m->rows = (blocks *)(void *)(base + l->rows);

@@ -85,8 +85,8 @@ static bool agree(rim_monitor *m, bool is_next) {
     level = m->level;
   if (has_inputs && m->models.quadratic.section != NULL) {
     quadratic = m->level + outcomes; /* in place of the deviations, which nobody reads */
-    rimi_quadratic_take(&m->models.quadratic, input, is_next, m->quadratic_state);
-    rimi_quadratic_predict(&m->models.quadratic, m->quadratic_state, m->level + outcomes);
+    rimi_quadratic_take(&m->models.quadratic, input, is_next, monitor_quadratic_state(m));
+    rimi_quadratic_predict(&m->models.quadratic, monitor_quadratic_state(m), m->level + outcomes);
   }
   const agreement_block block = {.residual = m->residual,
                                  .mean = rimi_blocks_means(m->rows),
