@@ -312,6 +312,7 @@ public:
   }
 
 private:
+  double leave(const Regression &of, const Fit &fit);
   void take_integral(const std::vector<Integral> &of);
   void take(int which, double of_behaviour) {
     source = which;
@@ -337,18 +338,24 @@ void Choice::try_residuals(const std::vector<Eigen::Index> &columns) {
   take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
 }
 
+// remains_: what a fit to the readings leaves. Returns the squares that behaviour leaves.
+double Choice::leave(const Regression &of, const Fit &fit) {
+  double own = 0.0;
+  for (std::size_t r = 0; r < remains_.size(); ++r) {
+    const Eigen::VectorXd &w = fit.weight[from_.runs.fold(r)];
+    remains_[r] = left_over(of.rows(r), j_, w) * from_.levels.sd[j_];
+    if (r < from_.runs.size())
+      own += from_.residual[r].col(j_).squaredNorm();
+  }
+  return own;
+}
+
 void Choice::try_few() {
   const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_);
   if (others.empty())
     return;
   const Fit fit = best_fit(from_.few, others, j_, {kUnshrunk});
-  const double sd = from_.levels.sd[j_];
-  double own = 0.0;
-  for (std::size_t r = 0; r < remains_.size(); ++r) {
-    remains_[r] = left_over(from_.few.rows(r), j_, fit.weight[from_.runs.fold(r)]) * sd;
-    if (r < from_.runs.size())
-      own += from_.residual[r].col(j_).squaredNorm();
-  }
+  const double sd = from_.levels.sd[j_], own = leave(from_.few, fit);
   if (channel_variance(remains_, from_.runs.size()) >= kMustWin * of_channel)
     return;
   const Eigen::VectorXd &w = fit.weight[kFolds];
@@ -361,13 +368,7 @@ void Choice::try_quadratic() {
   const std::vector<Eigen::Index> columns =
       quadratic_columns(from_.products, from_.layout, static_cast<std::size_t>(j_));
   const Fit fit = best_fit(from_.quadratic, columns, j_, kProductRidges);
-  const double sd = from_.levels.sd[j_];
-  double own = 0.0;
-  for (std::size_t r = 0; r < remains_.size(); ++r) {
-    remains_[r] = left_over(from_.quadratic.rows(r), j_, fit.weight[from_.runs.fold(r)]) * sd;
-    if (r < from_.runs.size())
-      own += from_.residual[r].col(j_).squaredNorm();
-  }
+  const double sd = from_.levels.sd[j_], own = leave(from_.quadratic, fit);
   if (channel_variance(remains_, from_.runs.size()) >= kMustWin * of_channel)
     return;
   quadratic = sd * fit.weight[kFolds];

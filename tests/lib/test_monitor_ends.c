@@ -267,6 +267,18 @@ static void copies_with_spoilt_parts(void **state) {
 
 /* ---- images that have what few have ---- */
 
+/* What the image counts, and its bound; a block of it costs more than one of the plain image. */
+static void blocks_cost_more(rim_work_counts *with, rim_work *more, rim_work_counts *without) {
+  image plain;
+  rim_work less;
+  build(&plain, &calibrated[0]);
+  assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, with), RIM_OK);
+  assert_int_equal(rimi_work_counts_of(plain.byte, plain.size, without), RIM_OK);
+  rimi_work_bound(with, more);
+  rimi_work_bound(without, &less);
+  assert_true(more->block > less.block && more->step > less.step && more->row == less.row);
+}
+
 /* Agreement of outcome 1 with what the context says: section LEVEL is used, and must fit. */
 static void a_level_is_used(void **state) {
   (void)state;
@@ -277,15 +289,9 @@ static void a_level_is_used(void **state) {
           AGREEMENT_LEVEL);
   from(&r, false);
   rim_work_counts with, without;
-  image plain;
-  build(&plain, &calibrated[0]);
-  assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &with), RIM_OK);
-  assert_int_equal(rimi_work_counts_of(plain.byte, plain.size, &without), RIM_OK);
-  assert_true(with.prototypes == 1 && with.top == 1 && without.prototypes == 0);
   rim_work more, less;
-  rimi_work_bound(&with, &more);
-  rimi_work_bound(&without, &less);
-  assert_true(more.block > less.block && more.step > less.step && more.row == less.row);
+  blocks_cost_more(&with, &more, &without);
+  assert_true(with.prototypes == 1 && with.top == 1 && without.prototypes == 0);
   for (uint32_t t = 0; t < 8 * BLOCK; ++t)
     (void)step(&b, 915, t, 0.0);
   const double *residual = b.monitor->residual + RIM_CHANNEL_AGREEMENT * O;
@@ -336,17 +342,11 @@ static void products_are_used(void **state) {
           AGREEMENT_QUADRATIC);
   from(&r, false);
   rim_work_counts with, without;
-  image plain;
-  build(&plain, &calibrated[0]);
-  assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &with), RIM_OK);
-  assert_int_equal(rimi_work_counts_of(plain.byte, plain.size, &without), RIM_OK);
+  rim_work more;
+  blocks_cost_more(&with, &more, &without);
   assert_true(with.quadratic_inputs == D && without.quadratic_inputs == 0);
   assert_int_equal(with.quadratic_terms, RIM_QUADRATIC_TERMS(D, 2 * D));
   assert_int_equal(with.memory_bytes, without.memory_bytes + 16 * D);
-  rim_work more, less;
-  rimi_work_bound(&with, &more);
-  rimi_work_bound(&without, &less);
-  assert_true(more.block > less.block && more.step > less.step && more.row == less.row);
   double before = 0.0;
   for (uint32_t t = 0; t < 8 * BLOCK; ++t) {
     (void)step(&b, 915, t, 0.0);
