@@ -13,38 +13,17 @@
 
 #include "base/rng.h"
 #include "image/quadratic.h"
+#include "section_bytes.h"
 
 enum { D = 3, MODELS = 2, OUTCOMES = 5, MOST_TERMS = 1 + 2 * D + D * (2 * D + 1) };
 #define SEED 4127u
 
 static const uint32_t outcome_of[MODELS] = {1, 4};
 
-typedef struct section {
-  _Alignas(8) uint8_t byte[4096];
-  size_t bytes;
-} section;
-
 typedef struct plain {
   double centre[D], scale[D], constant[MODELS], linear[MODELS][2 * D];
   double product[MODELS][2 * D][2 * D];
 } plain;
-
-static void put_u32(section *s, size_t word, uint32_t v) {
-  for (unsigned i = 0; i < 4; ++i)
-    s->byte[4 * word + i] = (uint8_t)(v >> (8 * i));
-}
-
-static void put_f32(section *s, size_t word, double v) {
-  const float f = (float)v;
-  uint32_t bits;
-  memcpy(&bits, &f, sizeof bits);
-  put_u32(s, word, bits);
-}
-
-static void add(section *s, double v) {
-  put_f32(s, s->bytes / 4, v);
-  s->bytes += 4;
-}
 
 static double single(double v) { return (double)(float)v; }
 
@@ -65,31 +44,29 @@ static void make_plain(plain *p, uint64_t stream) {
   }
 }
 
-static void make_section(section *s, const plain *p, uint32_t paired) {
+static void make_section(bytes *s, const plain *p, uint32_t paired) {
   const uint32_t header[4] = {RIM_QUADRATIC_LAYOUT, D, MODELS, paired};
   memset(s, 0, sizeof *s);
   for (size_t i = 0; i < 4; ++i)
-    put_u32(s, i, header[i]);
-  s->bytes = 16;
+    u32(s, header[i]);
   for (int i = 0; i < D; ++i)
-    add(s, p->centre[i]);
+    f32(s, p->centre[i]);
   for (int i = 0; i < D; ++i)
-    add(s, p->scale[i]);
+    f32(s, p->scale[i]);
   for (int k = 0; k < MODELS; ++k) {
-    put_u32(s, s->bytes / 4, outcome_of[k]);
-    s->bytes += 4;
-    add(s, p->constant[k]);
+    u32(s, outcome_of[k]);
+    f32(s, p->constant[k]);
     for (int i = 0; i < 2 * D; ++i)
-      add(s, p->linear[k][i]);
+      f32(s, p->linear[k][i]);
     for (uint32_t i = 0; i < paired; ++i) {
       for (uint32_t j = i; j < paired; ++j)
-        add(s, p->product[k][i][j]);
+        f32(s, p->product[k][i][j]);
     }
   }
 }
 
-static rim_status opened(const section *s, rim_quadratic *view) {
-  return rimi_quadratic_open(view, s->byte, s->bytes, D, OUTCOMES);
+static rim_status opened(const bytes *s, rim_quadratic *view) {
+  return rimi_quadratic_open(view, s->byte, s->size, D, OUTCOMES);
 }
 
 /* With products of this block alone, and with those of the block before. */
@@ -98,7 +75,7 @@ static void sums_written_out(void **state) {
   for (uint64_t stream = 0; stream < 20; ++stream) {
     const uint32_t paired = stream % 2 == 0 ? D : 2 * D;
     plain p;
-    section s;
+    bytes s;
     rim_quadratic view;
     make_plain(&p, stream);
     make_section(&s, &p, paired);
@@ -131,7 +108,7 @@ static void sums_written_out(void **state) {
 static void a_block_and_the_one_before(void **state) {
   (void)state;
   plain p;
-  section s;
+  bytes s;
   rim_quadratic view;
   make_plain(&p, 99);
   make_section(&s, &p, D);
@@ -152,7 +129,7 @@ static void a_block_and_the_one_before(void **state) {
     assert_true(fabs(z[D + i] - (i - 1) * 1.5) < 1e-9);
 }
 
-static void refused(section *s, rim_status why) {
+static void refused(bytes *s, rim_status why) {
   rim_quadratic view = {0};
   assert_int_equal(opened(s, &view), why);
   assert_true(view.section == NULL && view.models == 0);
@@ -161,15 +138,15 @@ static void refused(section *s, rim_status why) {
 static void damaged_sections(void **state) {
   (void)state;
   plain p;
-  section good, s;
+  bytes good, s;
   rim_quadratic view;
   make_plain(&p, 5);
   make_section(&good, &p, 2 * D);
   assert_int_equal(opened(&good, &view), RIM_OK);
-  assert_int_equal(rimi_quadratic_open(&view, good.byte + 1, good.bytes, D, OUTCOMES), RIM_E_ALIGN);
-  assert_int_equal(rimi_quadratic_open(&view, good.byte, good.bytes, D + 1, OUTCOMES), RIM_E_RANGE);
-  assert_int_equal(rimi_quadratic_open(&view, good.byte, good.bytes, D, 4), RIM_E_RANGE);
-  assert_int_equal(rimi_quadratic_open(&view, good.byte, good.bytes, D, 1), RIM_E_RANGE);
+  assert_int_equal(rimi_quadratic_open(&view, good.byte + 1, good.size, D, OUTCOMES), RIM_E_ALIGN);
+  assert_int_equal(rimi_quadratic_open(&view, good.byte, good.size, D + 1, OUTCOMES), RIM_E_RANGE);
+  assert_int_equal(rimi_quadratic_open(&view, good.byte, good.size, D, 4), RIM_E_RANGE);
+  assert_int_equal(rimi_quadratic_open(&view, good.byte, good.size, D, 1), RIM_E_RANGE);
   const size_t first = 4 + 2 * D, terms = MOST_TERMS;
   const struct {
     size_t word;
@@ -193,15 +170,15 @@ static void damaged_sections(void **state) {
                {first + 2 * terms + 1, 0xff800000, RIM_E_DATA}};
   for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
     s = good;
-    put_u32(&s, wrong[i].word, wrong[i].value);
+    put_u32(s.byte + 4 * wrong[i].word, wrong[i].value);
     refused(&s, wrong[i].why);
   }
   s = good;
-  s.bytes -= 4;
+  s.size -= 4;
   refused(&s, RIM_E_TRUNCATED);
-  s.bytes += 8;
+  s.size += 8;
   refused(&s, RIM_E_SIZE);
-  s.bytes = 12;
+  s.size = 12;
   refused(&s, RIM_E_TRUNCATED);
 }
 
