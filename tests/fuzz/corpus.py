@@ -74,6 +74,8 @@ files["section_behaviour"] = b"\10" + struct.pack("<4I4I8f", 1, 1, 4, 0, 1, 0, 0
 row = [0, 0.1, -1, 0] + [0.25] * 6
 files["section_agreement"] = b"\10" + struct.pack("<4I2f", 3, 2, 1, 1, 20, 20) + struct.pack("<4H3f", 1, 0, 1, 0, 1.0, 0.5, 0.5) + \
     struct.pack("<20f", *row, *([2, 0.1, 0, 0] + [0.25] * 6))
+# One input, of which also the square: lib/src/image/quadratic.h.
+files["section_quadratic"] = b"\10" + struct.pack("<4I2f2H4f", 1, 1, 1, 1, 3.0, 0.5, 0, 0, 0.25, 1.0, -0.5, 0.125)
 noise_channel = struct.pack("<10f", 1, 2, 0.4, 0.05, 1, 2, 0.1, 0.1, 0.2, 0.1) + \
     struct.pack("<2f10f9f", 4, 9, *([1, 0, 0, 0, 0] + [0, 1, 0, 0, 0.5]), *([1.5] * 9))
 files["section_noise"] = b"\10" + struct.pack("<4I4f", 2, 8, 5, 2, 300, 20, 2000, 0) + 8 * noise_channel

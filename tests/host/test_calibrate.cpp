@@ -359,7 +359,7 @@ void threads_do_not_change_a_byte(void **) {
   const char *before = std::getenv("RIM_THREADS");
   const std::string kept = before != nullptr ? before : "";
   MadeVehicle brief;
-  brief.rows = 1200;
+  brief.rows = 600;
   const auto logs = made_vehicles(7, 12, brief), others = made_vehicles(8, 12, brief);
   // Of few runs everything is learnt again without each.
   const std::vector<rim::Log> few(logs.begin(), logs.begin() + 3);

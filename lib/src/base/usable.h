@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/bytes.h"
 #include "base/real.h"
 
 #define LARGEST_VALUE 1e150 /* squares and products with weights stay finite */
@@ -20,6 +21,23 @@ static inline bool all_finite(const double *x, size_t n) {
       return false;
   }
   return true;
+}
+
+/* Of numbers in bytes (rimi_le_f32): whether each of them is finite, and above 0. */
+static inline bool numbers_are_finite(const uint8_t *array, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    if (!rimi_is_finite((double)rimi_le_f32(array, i)))
+      return false;
+  }
+  return true;
+}
+
+static inline bool numbers_are_positive(const uint8_t *array, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    if (!(rimi_le_f32(array, i) > 0.0f))
+      return false;
+  }
+  return numbers_are_finite(array, count);
 }
 
 /* A configuration's field of 0, of any type, takes its default. NaN stays, to be refused. */

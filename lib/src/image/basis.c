@@ -5,21 +5,13 @@
 
 #include "base/bytes.h"
 #include "base/real.h"
+#include "base/usable.h"
 #include "image/noise.h"
 #include "rim/image.h"
 
 #define HUGE_ERROR 1e30
 
 enum { HEADER_WORDS = 8, SHORT_HEADER_WORDS = 4 };
-
-static bool finite_numbers(const uint8_t *p, size_t count, bool positive) {
-  for (size_t i = 0; i < count; ++i) {
-    const double v = (double)rimi_le_f32(p, i);
-    if (!rimi_is_finite(v) || (positive && !(v > 0.0)))
-      return false;
-  }
-  return true;
-}
 
 static bool inputs_fit(const rim_basis *b, uint32_t features) {
   for (size_t i = 0; i < b->inputs; ++i) {
@@ -56,7 +48,7 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
       fits = first < filters && second < filters && third < filters;
       break;
     case BASIS_SIDE:
-      fits = first < filters && finite_numbers(b->term + 8 * i + 4, 1, true);
+      fits = first < filters && numbers_are_positive(b->term + 8 * i + 4, 1);
       break;
     case BASIS_DECAY:
       fits = second < b->times;
@@ -111,24 +103,23 @@ static bool rates_fit(const rim_basis *b, uint32_t outcomes) {
 }
 
 static bool rates_are_finite(const rim_basis *b) {
-  return finite_numbers(b->limit, 2u * (size_t)b->states, false) &&
-         finite_numbers(b->weight, b->rates, false);
+  return numbers_are_finite(b->limit, 2u * (size_t)b->states) &&
+         numbers_are_finite(b->weight, b->rates);
 }
 
 static bool terms_are_finite(const rim_basis *b) {
-  return finite_numbers(b->center, b->terms, false) &&
-         finite_numbers(b->inverse_sd, b->terms, true) &&
-         finite_numbers(b->mean_center, b->means, false) &&
-         finite_numbers(b->mean_inverse_sd, b->means, true);
+  return numbers_are_finite(b->center, b->terms) && numbers_are_positive(b->inverse_sd, b->terms) &&
+         numbers_are_finite(b->mean_center, b->means) &&
+         numbers_are_positive(b->mean_inverse_sd, b->means);
 }
 
 static bool begins_are_finite(const rim_basis *b, uint32_t features, uint32_t outcomes) {
-  return finite_numbers(b->first, outcomes, false) &&
-         (b->first_sd == NULL || finite_numbers(b->first_sd, outcomes, true)) &&
-         (b->start == NULL || (finite_numbers(b->start, features, false) &&
-                               finite_numbers(b->start_sd, features, true))) &&
+  return numbers_are_finite(b->first, outcomes) &&
+         (b->first_sd == NULL || numbers_are_positive(b->first_sd, outcomes)) &&
+         (b->start == NULL || (numbers_are_finite(b->start, features) &&
+                               numbers_are_positive(b->start_sd, features))) &&
          (b->begin == NULL || (b->learnt_s > 0.0 && rimi_is_finite(b->learnt_s) &&
-                               finite_numbers(b->begin, 2u * (size_t)b->inputs * b->times, false)));
+                               numbers_are_finite(b->begin, 2u * (size_t)b->inputs * b->times)));
 }
 
 rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
@@ -210,7 +201,7 @@ rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size
     if (rimi_le_u32(b.from_start, i) > 1u)
       return RIM_E_RANGE;
   }
-  if (!finite_numbers(b.intercept, targets * (1u + (size_t)terms), false))
+  if (!numbers_are_finite(b.intercept, targets * (1u + (size_t)terms)))
     return RIM_E_DATA;
   *view = b;
   return RIM_OK;
@@ -293,9 +284,9 @@ rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size
   a.integrand_inverse_sd = a.integrand + 8u * g;
   a.partial = a.integrand_inverse_sd + 4u * g;
   a.row = a.partial + 8u * g;
-  if (!finite_numbers(a.inverse_sd, outcomes, true) ||
-      !finite_numbers(a.integrand_inverse_sd, g, true) ||
-      !finite_numbers(a.partial, 2u * g, false) || !finite_numbers(a.row, rows, false))
+  if (!numbers_are_positive(a.inverse_sd, outcomes) ||
+      !numbers_are_positive(a.integrand_inverse_sd, g) || !numbers_are_finite(a.partial, 2u * g) ||
+      !numbers_are_finite(a.row, rows))
     return RIM_E_DATA;
   if (!agreement_rows_fit(&a, features))
     return RIM_E_RANGE;

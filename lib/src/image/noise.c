@@ -3,22 +3,18 @@
 
 #include "base/bytes.h"
 #include "base/real.h"
+#include "base/usable.h"
 #include "rim/image.h"
 
 static bool is_channel_valid(const rim_noise *view, uint32_t c) {
   const noise_channel n = rimi_noise_channel(view, c);
   const uint8_t *at = view->channel + 4u * (size_t)c * view->stride;
-  for (size_t i = 0; i < view->stride; ++i) {
-    if (!rimi_is_finite((double)rimi_le_f32(at, i)))
-      return false;
-  }
-  if (!(rimi_le_f32(at, 1) >= 0.0f) || n.fields > view->fields || !(n.rho >= 0.0f) ||
-      !(n.rho < 1.0f) || !(n.s > 0.0f) || !(n.p_scale > 0.0f))
+  if (!numbers_are_finite(at, view->stride) || !(rimi_le_f32(at, 1) >= 0.0f) ||
+      n.fields > view->fields || !(n.rho >= 0.0f) || !(n.rho < 1.0f) || !(n.s > 0.0f) ||
+      !(n.p_scale > 0.0f))
     return false;
-  for (size_t k = 0; k < view->fields; ++k) {
-    if (!(rimi_le_f32(n.inverse_prior, k) > 0.0f))
-      return false;
-  }
+  if (!numbers_are_positive(n.inverse_prior, view->fields))
+    return false;
   for (size_t f = 0; f < NOISE_FAMILIES; ++f) {
     if (!(rimi_le_f32(n.phi, f) >= 1.0f))
       return false;

@@ -6,6 +6,7 @@
 
 #include "base/bytes.h"
 #include "base/real.h"
+#include "base/usable.h"
 #include "rim/image.h"
 
 /* Word offsets of a prototype's scalars. */
@@ -34,16 +35,7 @@ static bool in_range(uint32_t value, uint32_t low, uint32_t high) {
   return value >= low && value <= high;
 }
 
-/* Every value of words [first, first + count) finite, and above 0 where it has to be. */
-static bool values_ok(const rim_nominal *m, size_t first, size_t count, bool positive) {
-  for (size_t i = 0; i < count; ++i) {
-    const double v = value_at(m, first + i);
-    if (!rimi_is_finite(v) || (positive && v <= 0.0)) {
-      return false;
-    }
-  }
-  return true;
-}
+static const uint8_t *word_at(const rim_nominal *m, size_t word) { return m->section + 4u * word; }
 
 static bool gate_weights_ok(const rim_nominal *m) {
   for (uint32_t i = 0; i < m->inputs; ++i) {
@@ -59,11 +51,12 @@ static bool prototype_ok(const rim_nominal *m, uint32_t p) {
   const size_t at = prototype_at(m, p);
   const size_t variance = at + P_CENTRE + m->inputs;
   const size_t rest = variance + m->outputs;
-  return values_ok(m, at + P_BANDWIDTH, 2, true) && values_ok(m, at + P_LN_MASS, 1, false) &&
+  return numbers_are_positive(word_at(m, at + P_BANDWIDTH), 2) &&
+         numbers_are_finite(word_at(m, at + P_LN_MASS), 1) &&
          rimi_le_u32(m->section, at + P_RESERVED) == 0u &&
-         values_ok(m, at + P_CENTRE, m->inputs, false) &&
-         values_ok(m, variance, m->outputs, true) &&
-         values_ok(m, rest, at + m->stride - rest, false);
+         numbers_are_finite(word_at(m, at + P_CENTRE), m->inputs) &&
+         numbers_are_positive(word_at(m, variance), m->outputs) &&
+         numbers_are_finite(word_at(m, rest), at + m->stride - rest);
 }
 
 static rim_status read_header(rim_nominal *m, const uint8_t *section) {
@@ -107,8 +100,8 @@ rim_status rimi_nominal_open(rim_nominal *model, const uint8_t *section, size_t 
   if (bytes != need) {
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   }
-  bool ok = values_ok(&m, inputs_at(&m, 0), m.inputs, false) &&
-            values_ok(&m, inputs_at(&m, 1u), m.inputs, true) && gate_weights_ok(&m);
+  bool ok = numbers_are_finite(word_at(&m, inputs_at(&m, 0)), m.inputs) &&
+            numbers_are_positive(word_at(&m, inputs_at(&m, 1u)), m.inputs) && gate_weights_ok(&m);
   for (uint32_t p = 0; ok && p < m.prototypes; ++p) {
     ok = prototype_ok(&m, p);
   }

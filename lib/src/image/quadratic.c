@@ -3,6 +3,7 @@
 
 #include "base/bytes.h"
 #include "base/real.h"
+#include "base/usable.h"
 
 static const uint8_t *word_at(const rim_quadratic *q, size_t word) {
   return q->section + 4u * word;
@@ -16,14 +17,6 @@ static const uint8_t *model_at(const rim_quadratic *q, uint32_t k) {
   return word_at(q, RIM_QUADRATIC_HEADER_WORDS + 2u * q->inputs + (size_t)k * model_words(q));
 }
 
-static bool all_finite(const uint8_t *values, size_t count) {
-  for (size_t i = 0; i < count; ++i) {
-    if (!rimi_is_finite((double)rimi_le_f32(values, i)))
-      return false;
-  }
-  return true;
-}
-
 static rim_status check_models(const rim_quadratic *q, uint32_t outcomes) {
   uint32_t least = 0; /* outcome of the next model */
   for (uint32_t k = 0; k < q->models; ++k) {
@@ -31,7 +24,7 @@ static rim_status check_models(const rim_quadratic *q, uint32_t outcomes) {
     const uint32_t outcome = rimi_le_u16(model, 0);
     if (outcome < least || outcome >= outcomes || rimi_le_u16(model, 1) != 0)
       return RIM_E_RANGE;
-    if (!all_finite(model + 4, model_words(q) - 1u))
+    if (!numbers_are_finite(model + 4, model_words(q) - 1u))
       return RIM_E_DATA;
     least = outcome + 1u;
   }
@@ -40,13 +33,10 @@ static rim_status check_models(const rim_quadratic *q, uint32_t outcomes) {
 
 static rim_status check_scales(const rim_quadratic *q) {
   const uint8_t *scales = word_at(q, RIM_QUADRATIC_HEADER_WORDS);
-  if (!all_finite(scales, 2u * (size_t)q->inputs))
-    return RIM_E_DATA;
-  for (size_t i = 0; i < q->inputs; ++i) {
-    if (!(rimi_le_f32(scales, q->inputs + i) > 0.0f))
-      return RIM_E_DATA;
-  }
-  return RIM_OK;
+  return numbers_are_finite(scales, q->inputs) &&
+                 numbers_are_positive(scales + 4u * (size_t)q->inputs, q->inputs)
+             ? RIM_OK
+             : RIM_E_DATA;
 }
 
 rim_status rimi_quadratic_open(rim_quadratic *view, const uint8_t *section, size_t bytes,

@@ -6,17 +6,10 @@
 
 #include "base/bytes.h"
 #include "base/real.h"
+#include "base/usable.h"
 #include "rim/image.h"
 
 enum { HEADER_U32S = 4, HEADER_F32S = 4 };
-
-static bool values_are_finite(const uint8_t *section, size_t first, size_t count) {
-  for (size_t i = first; i < first + count; ++i) {
-    if (!rimi_is_finite((double)rimi_le_f32(section, i)))
-      return false;
-  }
-  return true;
-}
 
 static bool maxima_ascend(const rim_threshold *t) {
   for (size_t i = 1; i < t->runs; ++i) {
@@ -57,7 +50,7 @@ rim_status rimi_threshold_open(rim_threshold *view, const uint8_t *section, size
   const size_t values = HEADER_F32S + t.runs + t.knots + 2u * (size_t)t.channels;
   if (bytes != 4u * (HEADER_U32S + values))
     return RIM_E_TRUNCATED;
-  if (!values_are_finite(section, HEADER_U32S, values))
+  if (!numbers_are_finite(section + 4u * HEADER_U32S, values))
     return RIM_E_RANGE;
   t.alarm_score = (double)rimi_le_f32(section, HEADER_U32S);
   t.warn_score = (double)rimi_le_f32(section, HEADER_U32S + 1);

@@ -82,11 +82,15 @@ static uint32_t crc_of_any(const void *data, size_t bytes) {
 #define rimi_log(x) ((void)(x), nondet_double())
 #define rimi_sqrt(x) ((void)(x), nondet_double())
 
-/* The sentence: these numbers lie inside. */
+#include "base/usable.h"
+
+/* numbers.c proves of both that they read these numbers and no other. */
 static bool numbers_are_inside(const uint8_t *at, size_t count) {
   is_inside(at, 4u * count);
   return nondet_bool();
 }
+#define numbers_are_finite numbers_are_inside
+#define numbers_are_positive numbers_are_inside
 
 #if SECTION == 2
 #include "noise.c"
@@ -102,10 +106,6 @@ static void use(void) {
 }
 #elif SECTION == 3
 #include "nominal.c"
-static bool values_ok(const rim_nominal *m, size_t first, size_t count, bool positive) {
-  (void)positive;
-  return numbers_are_inside(m->section + 4u * first, count);
-}
 static void use(void) {
   rim_nominal view;
   if (rimi_nominal_open(&view, section, section_bytes) != RIM_OK)
@@ -137,10 +137,6 @@ static void use(void) {
 }
 #elif SECTION == 5
 #include "basis.c"
-static bool finite_numbers(const uint8_t *at, size_t count, bool positive) {
-  (void)positive;
-  return numbers_are_inside(at, count);
-}
 static void use(void) {
   rim_basis view;
   const uint32_t features = 1u + nondet_uint32() % MOST;
@@ -159,10 +155,6 @@ static void use(void) {
 }
 #elif SECTION == 7
 #include "basis.c"
-static bool finite_numbers(const uint8_t *at, size_t count, bool positive) {
-  (void)positive;
-  return numbers_are_inside(at, count);
-}
 static void use(void) {
   rim_agreement view;
   const uint32_t outcomes = 1u + nondet_uint32() % MOST, means = nondet_uint32() % 2u;
@@ -175,6 +167,17 @@ static void use(void) {
   is_inside(view.partial, 8u * view.integrands);
   is_inside(view.row, 4u * outcomes * agreement_stride(outcomes, means));
   __ESBMC_assert(view.integrands <= outcomes * (2u + means), "an integrand has a weight");
+}
+#elif SECTION == 9
+#include "quadratic.c"
+static void use(void) {
+  rim_quadratic view;
+  if (rimi_quadratic_open(&view, section, section_bytes, nondet_uint32() % (MOST + 1u),
+                          1u + nondet_uint32() % MOST) != RIM_OK)
+    return;
+  __ESBMC_assert(view.inputs <= RIM_QUADRATIC_MAX_INPUTS, "few inputs");
+  __ESBMC_assert(view.paired <= 2u * (size_t)view.inputs, "pairs of what there is");
+  is_inside(model_at(&view, nondet_uint32() % view.models), 4u * model_words(&view));
 }
 #else
 #include "can_table.c"
