@@ -81,6 +81,7 @@ Levels learn_levels(const RunStore &runs) {
 Regression level_regression(const Levels &levels, const RunStore &runs) {
   Regression of_all;
   of_all.runs = runs.size();
+  of_all.within = kWithin;
   of_all.rows = [&levels, &runs](std::size_t r) {
     Rows rows;
     rows.y = (runs[r].outcome.rowwise() - levels.mean).array().rowwise() / levels.sd.array();
@@ -147,7 +148,7 @@ std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
   const Eigen::Index constant = all.gram.rows() - 1;
   double left = 0.0;
   for (std::size_t i = 0; i < r.runs; ++i)
-    left += r.rows(i).y.col(outcome).squaredNorm();
+    left += r.fitted(i).y.col(outcome).squaredNorm();
   const double own = left;
   std::vector<Eigen::Index> chosen = {constant};
   while (!is_angle_outcome(layout, outcome) && chosen.size() <= kFew) {
@@ -193,6 +194,7 @@ Regression quadratic_regression(const Quadratic &products, const Layout &layout,
                                 const Levels &levels, const RunStore &runs) {
   Regression of_all;
   of_all.runs = runs.size();
+  of_all.within = kWithin;
   of_all.rows = [&products, &layout, &levels, &runs](std::size_t r) {
     return Rows{quadratic_terms(products, layout, runs[r]),
                 (runs[r].outcome.rowwise() - levels.mean).array().rowwise() / levels.sd.array()};
@@ -338,16 +340,18 @@ void Choice::try_residuals(const std::vector<Eigen::Index> &columns) {
   take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
 }
 
-// remains_: what a fit to the readings leaves. Returns the squares that behaviour leaves.
+// remains_: what a fit to the readings leaves. Returns its error over behaviour's.
 double Choice::leave(const Regression &of, const Fit &fit) {
-  double own = 0.0;
+  double left = 0.0, own = 0.0;
   for (std::size_t r = 0; r < remains_.size(); ++r) {
     const Eigen::VectorXd &w = fit.weight[from_.runs.fold(r)];
     remains_[r] = left_over(of.rows(r), j_, w) * from_.levels.sd[j_];
-    if (r < from_.runs.size())
-      own += from_.residual[r].col(j_).squaredNorm();
+    if (r >= from_.runs.size())
+      continue;
+    left += remains_[r].squaredNorm();
+    own += from_.residual[r].col(j_).squaredNorm();
   }
-  return own;
+  return std::sqrt(left / std::max(own, 1e-300));
 }
 
 void Choice::try_few() {
@@ -355,25 +359,25 @@ void Choice::try_few() {
   if (others.empty())
     return;
   const Fit fit = best_fit(from_.few, others, j_, {kUnshrunk});
-  const double sd = from_.levels.sd[j_], own = leave(from_.few, fit);
+  const double sd = from_.levels.sd[j_], of_behaviour = leave(from_.few, fit);
   if (channel_variance(remains_, from_.runs.size()) >= kMustWin * of_channel)
     return;
   const Eigen::VectorXd &w = fit.weight[kFolds];
   few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
   intercept = from_.levels.mean[j_] + sd * w[w.size() - 1] - few.dot(from_.levels.mean);
-  take(AGREEMENT_FEW, std::sqrt(fit.squares * sd * sd / std::max(own, 1e-300)));
+  take(AGREEMENT_FEW, of_behaviour);
 }
 
 void Choice::try_quadratic() {
   const std::vector<Eigen::Index> columns =
       quadratic_columns(from_.products, from_.layout, static_cast<std::size_t>(j_));
   const Fit fit = best_fit(from_.quadratic, columns, j_, kProductRidges);
-  const double sd = from_.levels.sd[j_], own = leave(from_.quadratic, fit);
+  const double sd = from_.levels.sd[j_], of_behaviour = leave(from_.quadratic, fit);
   if (channel_variance(remains_, from_.runs.size()) >= kMustWin * of_channel)
     return;
   quadratic = sd * fit.weight[kFolds];
   quadratic[0] += from_.levels.mean[j_];
-  take(AGREEMENT_QUADRATIC, std::sqrt(fit.squares * sd * sd / std::max(own, 1e-300)));
+  take(AGREEMENT_QUADRATIC, of_behaviour);
 }
 
 void Choice::take_integral(const std::vector<Integral> &of) {

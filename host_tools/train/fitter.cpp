@@ -17,9 +17,6 @@ namespace rim {
 
 namespace {
 
-// A slow term has only as many independent values as there are runs: most of what differs between
-// runs is left out of the fit.
-constexpr double kWithin = 0.95;
 constexpr double kRunMeanWeight = 0.2; // of a run's own mean error, in the error that chooses
 
 struct Moments {

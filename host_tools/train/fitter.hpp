@@ -9,6 +9,11 @@
 
 namespace rim {
 
+// Part of a run's own means that is left out of a fit: what is slow has only as many independent
+// values as there are runs, and runs differ by offsets, which whatever happens to differ with them
+// would explain.
+constexpr double kWithin = 0.95;
+
 inline constexpr double kRidges[] = {0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
 
 // The sums over the runs of a fold, less those left out.

@@ -68,11 +68,8 @@ std::uint32_t block_rows_for(const Survey &survey, double period_s, double block
 void set_ranges(FlightPlan *plan, const Survey &survey) {
   for (std::size_t f = 0; f < plan->layout.features(); ++f) {
     double low = survey.low(f), high = survey.high(f);
-    const std::uint8_t role = plan->layout.command[f];
-    const double half_turn = (role & 2) != 0   ? 3.14159265358979323846
-                             : (role & 4) != 0 ? 180.0
-                                               : 0.0;
-    if (half_turn > 0.0) { // an angle may be anywhere
+    if (is_angle(plan->layout, f)) { // it may be anywhere
+      const double half_turn = 0.5 * whole_turn(plan->layout, f);
       low = std::min(low, -half_turn);
       high = std::max(high, half_turn);
     }

@@ -12,19 +12,32 @@ extern "C" {
 
 namespace rim {
 
+namespace {
+
+void take_off(double part, Rows *rows) {
+  rows->x.rowwise() -= (part * rows->x.colwise().mean()).eval();
+  rows->y.rowwise() -= (part * rows->y.colwise().mean()).eval();
+}
+
+} // namespace
+
+Rows Regression::fitted(std::size_t run) const {
+  Rows of_run = rows(run);
+  if (within > 0.0 && of_run.x.rows() > 0)
+    take_off(within, &of_run);
+  return of_run;
+}
+
 void add_folds(Regression *r, bool clips) {
   parallel_in_order(
       r->runs,
       [&](std::size_t i) {
-        const Rows rows = r->rows(i);
-        Sums sums;
-        sums.gram = rows.x.transpose() * rows.x;
-        // An outcome that is far off is no guide to what healthy ones say of each other.
-        const Matrix y =
-            clips ? Matrix(rows.y.array().max(-AGREEMENT_CLIP).min(AGREEMENT_CLIP).matrix())
-                  : rows.y;
-        sums.cross = rows.x.transpose() * y;
-        return sums;
+        Rows rows = r->rows(i);
+        if (clips) // an outcome that is far off is no guide to what healthy ones say of each other
+          rows.y = rows.y.array().max(-AGREEMENT_CLIP).min(AGREEMENT_CLIP).matrix().eval();
+        if (r->within > 0.0 && rows.x.rows() > 0)
+          take_off(r->within, &rows);
+        return Sums{rows.x.transpose() * rows.x, rows.x.transpose() * rows.y};
       },
       [&](std::size_t i, const Sums &sums) {
         const Eigen::Index p = sums.gram.rows(), o = sums.cross.cols();
@@ -66,7 +79,7 @@ Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eige
     for (std::size_t l = 0; l < n; ++l)
       fits[l].weight.push_back(solve(r.folds[f], columns, y, ridges[l]));
     for (std::size_t i = f; i < r.runs; i += kFolds) {
-      const Rows rows = r.rows(i);
+      const Rows rows = r.fitted(i);
       for (Fit &fit : fits) {
         fit.squares += (rows.y.col(y) - rows.x * fit.weight[f]).squaredNorm();
         fit.own += rows.y.col(y).squaredNorm();

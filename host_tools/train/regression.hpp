@@ -24,7 +24,10 @@ struct Rows {
 struct Regression {
   std::size_t runs = 0;
   std::function<Rows(std::size_t)> rows;
+  double within = 0.0; // part of a run's own means that is left out of the fit
   std::vector<Sums> folds;
+
+  Rows fitted(std::size_t run) const; // less the means
 };
 
 // Fills r->folds; targets are clipped at AGREEMENT_CLIP where clips.
