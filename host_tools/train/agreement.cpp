@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What remains of one outcome from what remains of the others.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -81,7 +82,6 @@ Levels learn_levels(const RunStore &runs) {
 Regression level_regression(const Levels &levels, const RunStore &runs) {
   Regression of_all;
   of_all.runs = runs.size();
-  of_all.within = kWithin;
   of_all.rows = [&levels, &runs](std::size_t r) {
     Rows rows;
     rows.y = (runs[r].outcome.rowwise() - levels.mean).array().rowwise() / levels.sd.array();
@@ -143,12 +143,12 @@ bool is_angle_outcome(const Layout &layout, Eigen::Index outcome) {
 
 // The few others that an outcome follows from, and the constant; none where they explain little.
 std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
-                                     Eigen::Index outcome) {
-  const Sums &all = r.folds[kFolds];
+                                     Eigen::Index outcome, Across across) {
+  const Sums &all = r.sums(across)[kFolds];
   const Eigen::Index constant = all.gram.rows() - 1;
   double left = 0.0;
   for (std::size_t i = 0; i < r.runs; ++i)
-    left += r.fitted(i).y.col(outcome).squaredNorm();
+    left += r.fitted(i, across).y.col(outcome).squaredNorm();
   const double own = left;
   std::vector<Eigen::Index> chosen = {constant};
   while (!is_angle_outcome(layout, outcome) && chosen.size() <= kFew) {
@@ -194,7 +194,6 @@ Regression quadratic_regression(const Quadratic &products, const Layout &layout,
                                 const Levels &levels, const RunStore &runs) {
   Regression of_all;
   of_all.runs = runs.size();
-  of_all.within = kWithin;
   of_all.rows = [&products, &layout, &levels, &runs](std::size_t r) {
     return Rows{quadratic_terms(products, layout, runs[r]),
                 (runs[r].outcome.rowwise() - levels.mean).array().rowwise() / levels.sd.array()};
@@ -265,7 +264,7 @@ public:
   // The others' residuals.
   void try_residuals(const std::vector<Eigen::Index> &columns);
   // A few others' readings.
-  void try_few();
+  void try_few(Across across);
   // Section LEVEL.
   void try_level() {
     const double part = level_remains(from_.runs, from_.level, from_.residual, j_, &remains_);
@@ -273,7 +272,7 @@ public:
       take(AGREEMENT_LEVEL, part);
   }
   // Products of the others' readings.
-  void try_quadratic();
+  void try_quadratic(Across across);
   // The integral of others.
   void try_integral() {
     const std::uint16_t feature = from_.layout.outcome_feature[static_cast<std::size_t>(j_)];
@@ -315,6 +314,13 @@ public:
 
 private:
   double leave(const Regression &of, const Fit &fit);
+  // Whether what remains_ says is better by kMustWin; a fit within runs, which leaves what runs
+  // differ by, also has no larger error by as much: the effects of runs would swallow a fault.
+  bool wins(Across across, double of_behaviour) const {
+    const bool is_close = kMustWin * of_behaviour * of_behaviour <= error * error;
+    return channel_variance(remains_, from_.runs.size()) < kMustWin * of_channel &&
+           (across == Across::all_blocks || is_close);
+  }
   void take_integral(const std::vector<Integral> &of);
   void take(int which, double of_behaviour) {
     source = which;
@@ -354,13 +360,13 @@ double Choice::leave(const Regression &of, const Fit &fit) {
   return std::sqrt(left / std::max(own, 1e-300));
 }
 
-void Choice::try_few() {
-  const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_);
+void Choice::try_few(Across across) {
+  const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_, across);
   if (others.empty())
     return;
-  const Fit fit = best_fit(from_.few, others, j_, {kUnshrunk});
+  const Fit fit = best_fit(from_.few, others, j_, {kUnshrunk}, across);
   const double sd = from_.levels.sd[j_], of_behaviour = leave(from_.few, fit);
-  if (channel_variance(remains_, from_.runs.size()) >= kMustWin * of_channel)
+  if (!wins(across, of_behaviour))
     return;
   const Eigen::VectorXd &w = fit.weight[kFolds];
   few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
@@ -368,12 +374,12 @@ void Choice::try_few() {
   take(AGREEMENT_FEW, of_behaviour);
 }
 
-void Choice::try_quadratic() {
+void Choice::try_quadratic(Across across) {
   const std::vector<Eigen::Index> columns =
       quadratic_columns(from_.products, from_.layout, static_cast<std::size_t>(j_));
-  const Fit fit = best_fit(from_.quadratic, columns, j_, kProductRidges);
+  const Fit fit = best_fit(from_.quadratic, columns, j_, kProductRidges, across);
   const double sd = from_.levels.sd[j_], of_behaviour = leave(from_.quadratic, fit);
-  if (channel_variance(remains_, from_.runs.size()) >= kMustWin * of_channel)
+  if (!wins(across, of_behaviour))
     return;
   quadratic = sd * fit.weight[kFolds];
   quadratic[0] += from_.levels.mean[j_];
@@ -442,14 +448,19 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
   auto choice = std::make_unique<Choice>(sources, a, j);
   if (o > 1)
     choice->try_residuals(columns_without(o, j, a.row.cols() - AGREEMENT_FIRST));
-  if (o > 1 && has_integrands)
-    choice->try_few();
+  constexpr std::array<Across, 2> both = {Across::all_blocks, Across::within_runs};
+  for (const Across across : both) {
+    if (o > 1 && has_integrands)
+      choice->try_few(across);
+  }
   if (!sources.level.empty() && !is_angle_outcome(sources.layout, j))
     choice->try_level();
   // Where one other reading says the same, the two are compared with each other.
   if (sources.products.paired > 0 && !is_angle_outcome(sources.layout, j) &&
-      only_other(*choice, a.inverse_sd.size()) == a.inverse_sd.size())
-    choice->try_quadratic();
+      only_other(*choice, a.inverse_sd.size()) == a.inverse_sd.size()) {
+    for (const Across across : both)
+      choice->try_quadratic(across);
+  }
   if (o > 1 && has_integrands)
     choice->try_integral();
   return choice;

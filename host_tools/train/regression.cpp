@@ -14,41 +14,57 @@ namespace rim {
 
 namespace {
 
-void take_off(double part, Rows *rows) {
-  rows->x.rowwise() -= (part * rows->x.colwise().mean()).eval();
-  rows->y.rowwise() -= (part * rows->y.colwise().mean()).eval();
+Sums sums_of(const Rows &rows) {
+  return {rows.x.transpose() * rows.x, rows.x.transpose() * rows.y};
+}
+
+// The sums of rows less kWithin of their means.
+Sums within_run(const Rows &rows, const Sums &sums) {
+  const double off = static_cast<double>(rows.x.rows()) * (1.0 - (1.0 - kWithin) * (1.0 - kWithin));
+  const Eigen::RowVectorXd x = rows.x.colwise().mean(), y = rows.y.colwise().mean();
+  return {sums.gram - off * x.transpose() * x, sums.cross - off * x.transpose() * y};
+}
+
+void add(const Sums &sums, std::size_t run, std::vector<Sums> *folds) {
+  const Eigen::Index p = sums.gram.rows(), o = sums.cross.cols();
+  if (folds->empty())
+    folds->assign(kFolds + 1, {Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, o)});
+  for (std::size_t f = 0; f <= kFolds; ++f) {
+    if (run % kFolds == f)
+      continue;
+    (*folds)[f].gram += sums.gram;
+    (*folds)[f].cross += sums.cross;
+  }
 }
 
 } // namespace
 
-Rows Regression::fitted(std::size_t run) const {
+Rows Regression::fitted(std::size_t run, Across across) const {
   Rows of_run = rows(run);
-  if (within > 0.0 && of_run.x.rows() > 0)
-    take_off(within, &of_run);
+  if (across == Across::within_runs && of_run.x.rows() > 0) {
+    of_run.x.rowwise() -= (kWithin * of_run.x.colwise().mean()).eval();
+    of_run.y.rowwise() -= (kWithin * of_run.y.colwise().mean()).eval();
+  }
   return of_run;
 }
 
 void add_folds(Regression *r, bool clips) {
+  struct Both {
+    Sums whole, within;
+  };
   parallel_in_order(
       r->runs,
       [&](std::size_t i) {
         Rows rows = r->rows(i);
         if (clips) // an outcome that is far off is no guide to what healthy ones say of each other
           rows.y = rows.y.array().max(-AGREEMENT_CLIP).min(AGREEMENT_CLIP).matrix().eval();
-        if (r->within > 0.0 && rows.x.rows() > 0)
-          take_off(r->within, &rows);
-        return Sums{rows.x.transpose() * rows.x, rows.x.transpose() * rows.y};
+        Both sums{sums_of(rows), {}};
+        sums.within = rows.x.rows() > 0 ? within_run(rows, sums.whole) : sums.whole;
+        return sums;
       },
-      [&](std::size_t i, const Sums &sums) {
-        const Eigen::Index p = sums.gram.rows(), o = sums.cross.cols();
-        if (i == 0)
-          r->folds.assign(kFolds + 1, {Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, o)});
-        for (std::size_t f = 0; f <= kFolds; ++f) {
-          if (i % kFolds == f)
-            continue;
-          r->folds[f].gram += sums.gram;
-          r->folds[f].cross += sums.cross;
-        }
+      [&](std::size_t i, const Both &sums) {
+        add(sums.whole, i, &r->folds);
+        add(sums.within, i, &r->folds_within);
       });
 }
 
@@ -72,14 +88,15 @@ Eigen::VectorXd solve(const Sums &sums, const std::vector<Eigen::Index> &columns
 }
 
 Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eigen::Index y,
-             const std::vector<double> &ridges) {
+             const std::vector<double> &ridges, Across across) {
+  const std::vector<Sums> &folds = r.sums(across);
   const std::size_t n = ridges.size();
   std::vector<Fit> fits(n);
   for (std::size_t f = 0; f < kFolds; ++f) {
     for (std::size_t l = 0; l < n; ++l)
-      fits[l].weight.push_back(solve(r.folds[f], columns, y, ridges[l]));
+      fits[l].weight.push_back(solve(folds[f], columns, y, ridges[l]));
     for (std::size_t i = f; i < r.runs; i += kFolds) {
-      const Rows rows = r.fitted(i);
+      const Rows rows = r.fitted(i, across);
       for (Fit &fit : fits) {
         fit.squares += (rows.y.col(y) - rows.x * fit.weight[f]).squaredNorm();
         fit.own += rows.y.col(y).squaredNorm();
@@ -92,7 +109,7 @@ Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eige
     if (fits[l].squares >= best.squares)
       continue;
     best = fits[l];
-    best.weight.push_back(solve(r.folds[kFolds], columns, y, ridges[l]));
+    best.weight.push_back(solve(folds[kFolds], columns, y, ridges[l]));
   }
   return best;
 }

@@ -20,17 +20,23 @@ struct Rows {
   Matrix x, y;
 };
 
+// What a fit explains: what differs from block to block wherever, or within runs alone. Runs differ
+// by offsets, and what differs with these in a few dozen runs would explain them.
+enum class Across { all_blocks, within_runs };
+
 // Of all runs, made when they are needed; and their sums per fold left out, fold kFolds: of all.
 struct Regression {
   std::size_t runs = 0;
   std::function<Rows(std::size_t)> rows;
-  double within = 0.0; // part of a run's own means that is left out of the fit
-  std::vector<Sums> folds;
+  std::vector<Sums> folds, folds_within;
 
-  Rows fitted(std::size_t run) const; // less the means
+  Rows fitted(std::size_t run, Across across) const; // within runs: less kWithin of their means
+  const std::vector<Sums> &sums(Across across) const {
+    return across == Across::within_runs ? folds_within : folds;
+  }
 };
 
-// Fills r->folds; targets are clipped at AGREEMENT_CLIP where clips.
+// Fills the folds; targets are clipped at AGREEMENT_CLIP where clips.
 void add_folds(Regression *r, bool clips);
 
 // Weights of all regressors for target y, 0 but of the columns named.
@@ -45,7 +51,7 @@ struct Fit {
 
 // By the ridge with the least error over runs left out. Reads every run once.
 Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eigen::Index y,
-             const std::vector<double> &ridges);
+             const std::vector<double> &ridges, Across across = Across::all_blocks);
 
 } // namespace rim
 
