@@ -18,6 +18,7 @@ import fleet
 import grade
 import harbour
 import kin
+import quay
 import town
 import verdict
 import vehicles as V
@@ -27,7 +28,7 @@ import yard
 SEED = 4711
 
 
-KINDS = [(M, v) for M in (V, blind, fleet, harbour, kin, town, yard) for v in M.VEHICLES]
+KINDS = [(M, v) for M in (V, blind, fleet, harbour, kin, quay, town, yard) for v in M.VEHICLES]
 
 
 def some(M, vehicle):
