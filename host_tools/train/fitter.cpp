@@ -48,7 +48,7 @@ Matrix targets_of(const BlockRun &run) {
 // The mean of the runs is kept apart by 1 - kWithin only.
 Moments moments_of(const Matrix &x, const Matrix &y) {
   const double n = static_cast<double>(x.rows());
-  const double off = n * (1.0 - (1.0 - kWithin) * (1.0 - kWithin));
+  const double off = n * kMeansLeftOut;
   const Eigen::RowVectorXd mx = x.colwise().mean(), my = y.colwise().mean();
   Moments m;
   m.gram.noalias() = x.transpose() * x;

@@ -13,6 +13,7 @@ namespace rim {
 // values as there are runs, and runs differ by offsets, which whatever happens to differ with them
 // would explain.
 constexpr double kWithin = 0.95;
+constexpr double kMeansLeftOut = 1.0 - (1.0 - kWithin) * (1.0 - kWithin); // of their squares
 
 inline constexpr double kRidges[] = {0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
 

@@ -20,7 +20,7 @@ Sums sums_of(const Rows &rows) {
 
 // The sums of rows less kWithin of their means.
 Sums within_run(const Rows &rows, const Sums &sums) {
-  const double off = static_cast<double>(rows.x.rows()) * (1.0 - (1.0 - kWithin) * (1.0 - kWithin));
+  const double off = static_cast<double>(rows.x.rows()) * kMeansLeftOut;
   const Eigen::RowVectorXd x = rows.x.colwise().mean(), y = rows.y.colwise().mean();
   return {sums.gram - off * x.transpose() * x, sums.cross - off * x.transpose() * y};
 }

@@ -36,41 +36,10 @@ one (gain), or rows for which a reading is kept.
 import math
 import random
 
+from harbour import KINDS, clip, finish, names, now, sensor, some, steps, wrap
+
 G = 9.81
 TURN = 2 * math.pi
-KINDS = {"noise": ("variance",), "stuck": ("repeat", "variance")}
-
-
-def clip(x, low, high):
-    return low if x < low else high if x > high else x
-
-
-def wrap(x, low, high):
-    return (x - low) % (high - low) + low
-
-
-def short(column):
-    return column[2:].rsplit("_", 1)[0] if "_" in column else column[2:]
-
-
-def some(r, x, share=.004):
-    return x * (1 + r.gauss(0, share))
-
-
-def steps(r, end, shortest, longest, draw):
-    """A plan [(second, value)] of values that hold for a random while."""
-    t, plan = 0., []
-    while t < end:
-        plan.append((t, draw()))
-        t += r.uniform(shortest, longest)
-    return plan
-
-
-def now(plan, t, i):
-    """The index of the plan's entry at t, from i on."""
-    while i + 1 < len(plan) and plan[i + 1][0] <= t:
-        i += 1
-    return i
 
 
 class Forklift:
@@ -588,15 +557,6 @@ LENGTH = {v: c.LENGTH for v, c in CLASS.items()}
 COLUMNS = {v: c.COLUMNS for v, c in CLASS.items()}
 
 
-def names(c):
-    """(place in a row, short name) of sensors and context."""
-    return [(i, short(n)) for i, n in enumerate(c.COLUMNS[1:]) if n[0] in "sx"]
-
-
-def sensor(c, name):
-    return next(x for x in c.COLUMNS if x[:2] == "s." and short(x) == name)
-
-
 def simulate(vehicle, seed, fault, strength, began, p):
     """Rows of what perfect sensors would read, and whether the physical fault acts in them."""
     c = CLASS[vehicle]
@@ -643,18 +603,6 @@ def spoil(what, hit, size, rows, true, start, q):
             x[hit] += q.gauss(0, size)
         elif what == "stuck":
             kept = x[hit] = x[hit] if (k - start) % int(size) == 0 else kept
-
-
-def finish(c, rows):
-    """Rounds, wraps and puts the time in front."""
-    for i, name in names(c):
-        step, turn = c.STEP.get(name), getattr(c, "WRAP", {}).get(name)
-        for x in rows:
-            if step:
-                x[i] = round(round(x[i] / step) * step, 6)
-            if turn:
-                x[i] = wrap(x[i], *turn)
-    return [[round(k * c.RATE, 6)] + x for k, x in enumerate(rows)]
 
 
 def plan(vehicle, seed, fault):
