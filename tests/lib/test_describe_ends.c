@@ -43,6 +43,34 @@ static void what_is_named_and_what_is_not(void **state) {
   }
 }
 
+/* A drift and a shift are in one unit, so the size of one is said beside the other. Of an outcome's
+ * behaviour and agreement, what explains more says it. Of a share nothing is said. */
+static void sizes_of_what_is_named_beside(void **state) {
+  (void)state;
+  static const struct {
+    uint8_t leading, beside;
+    uint16_t of;
+  } of[] = {{SEARCH_SINCE, SEARCH_RAMP, B0},
+            {SEARCH_RAMP, SEARCH_SINCE, B0},
+            {SEARCH_SINCE, SEARCH_SINCE, A0},
+            {SEARCH_SINCE, SEARCH_GAIN, B0}};
+  const recipe r = without_integrals();
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    rim_alarm a;
+    from(&r, false);
+    feed(nothing, 0.2);
+    plant_nothing();
+    plant(B1, of[i].leading, 3.0 * alarm_at, 4.0, 40);
+    plant(B0, SEARCH_SINCE, 1.5 * alarm_at, 4.0, 40);
+    plant(A0, SEARCH_SINCE, -2e9, 4.0, 40);
+    plant(of[i].of, of[i].beside, 2.0 * alarm_at, -4.0, 40);
+    assert_int_equal(named(B1, &a), B1);
+    assert_true(a.channels == 2 && a.channel[1] == 0);
+    const bool is_share = of[i].beside == SEARCH_GAIN;
+    assert_true((a.shift[1] < 0.0) == !is_share && (a.shift_sd[1] > 0.0) == !is_share);
+  }
+}
+
 /* What stands is of the first outcome, and what deviates now is the second alone: another. */
 static void another_outcome_has_its_own_time(void **state) {
   (void)state;
@@ -196,6 +224,7 @@ static void a_rate_stays_until_its_next_turn(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_is_named_and_what_is_not),
+                                     cmocka_unit_test(sizes_of_what_is_named_beside),
       cmocka_unit_test(another_outcome_has_its_own_time),
       cmocka_unit_test(a_gain_of_agreement_is_a_share),
       cmocka_unit_test(rows_beside_gaps_have_their_times),

@@ -395,6 +395,32 @@ static void keep_since(const rim_monitor *m, const search_hypothesis *h, uint32_
   alarm->since_sd_s = standing->since_sd_s;
 }
 
+/* Shifts and drifts are both in the outcome's unit. */
+static bool is_in_unit_of(uint8_t kind, rim_kind other) {
+  return other == kind || (other == RIM_KIND_SHIFT && kind == RIM_KIND_DRIFT) ||
+         (other == RIM_KIND_DRIFT && kind == RIM_KIND_SHIFT);
+}
+
+/* The other outcomes: what explains each best of what its behaviour and its agreement show in the
+ * record's unit; of scatter and repeats, what these show. */
+static void size_others(const rim_monitor *m, uint16_t kind, rim_alarm *alarm) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const uint32_t first = kind <= RIM_CHANNEL_AGREEMENT ? RIM_CHANNEL_BEHAVIOUR : kind;
+  const uint32_t last = kind <= RIM_CHANNEL_AGREEMENT ? RIM_CHANNEL_AGREEMENT : kind;
+  for (size_t i = 1; i < alarm->channels; ++i) {
+    float best = -1e9f;
+    for (uint32_t k = first; k <= last; ++k) {
+      const uint16_t c = (uint16_t)(k * outcomes + alarm->channel[i]);
+      const search_hypothesis *h = rimi_search_best(m->search, c);
+      if (!(h->score > best) || rimi_cause_is_into(m, c) ||
+          !is_in_unit_of(alarm->kind, kind_of((uint16_t)k, h)))
+        continue;
+      best = h->score;
+      size_shift(m, c, h, &alarm->shift[i], &alarm->shift_sd[i]);
+    }
+  }
+}
+
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   const uint16_t named = rimi_cause(m, verdict->channel);
@@ -439,13 +465,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, rimi_cause_score,
               m);
   keep_since(m, &h, first, alarm);
-  for (size_t i = 1; i < alarm->channels; ++i) {
-    const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);
-    const search_hypothesis *other = rimi_search_best(m->search, c);
-    if (other->score > -1e9f && !rimi_cause_is_into(m, c) &&
-        kind_of((uint16_t)(c / outcomes), other) == alarm->kind)
-      size_shift(m, c, other, &alarm->shift[i], &alarm->shift_sd[i]);
-  }
+  size_others(m, (uint16_t)(channel / outcomes), alarm);
   if (channel / outcomes <= RIM_CHANNEL_AGREEMENT && !rimi_cause_is_gain(&h))
     say_sign_of_another(m, &h, alarm);
 }
