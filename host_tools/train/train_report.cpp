@@ -84,15 +84,24 @@ std::string highest_runs(const Training &training) {
   std::vector<double> all;
   for (const RunScore &s : scores)
     all.push_back(s.score);
+  // set_alarm_from_runs(): runs that are beyond all others do not count in full.
+  const auto most_counted = static_cast<double>(training.plan.thresholds.maxima.back());
+  bool counts_less = false;
   std::vector<std::string> told;
   for (std::size_t i = 0; i < std::min(most, order.size()); ++i) {
     const RunScore &s = scores[order[i]];
-    told.push_back(fmt::format("{:.1f} in {} ({})", s.score, training.paths[order[i]],
-                               quantity_of(names[s.channel % names.size()]).words));
+    const bool is_less = s.score > most_counted + 0.05;
+    counts_less = counts_less || is_less;
+    told.push_back(fmt::format("{:.1f} in {} ({}{})", s.score, training.paths[order[i]],
+                               quantity_of(names[s.channel % names.size()]).words,
+                               is_less ? fmt::format(", counts as {:.1f}", most_counted) : ""));
   }
   told.front() = "highest: " + told.front();
   told.back() += fmt::format("; half of the runs reach at most {:.1f}", score_spread(all).middle);
-  return wrapped(told, "  ");
+  return wrapped(told, "  ") +
+         (counts_less ? "  the highest run counts as much as where it is among those that taught, "
+                        "but no\n  less than the next one\n"
+                      : "");
 }
 
 } // namespace

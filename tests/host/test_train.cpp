@@ -104,6 +104,15 @@ void report_says_what_was_done(void **) {
   std::nth_element(scores.begin(), scores.begin() + 9, scores.end());
   std::snprintf(highest, sizeof highest, "; half of the runs reach at most %.1f\n", scores[9]);
   assert_true(has(promise, highest));
+  // A run beyond what counts says so, and no other does.
+  rim::Training odd = trained();
+  const double counted = static_cast<double>(odd.plan.thresholds.maxima.back());
+  odd.scores[at].score = counted + 5.0;
+  std::snprintf(highest, sizeof highest, ", counts as %.1f)", counted);
+  assert_true(has(rim::promise_report(odd, 0.05), highest));
+  assert_true(has(rim::promise_report(odd, 0.05), "the highest run counts as much as"));
+  odd.scores[at].score = counted;
+  assert_true(rim::promise_report(odd, 0.05).find("counts as") == std::string::npos);
   const auto image = rim::make_image(trained().plan);
   assert_true(has(rim::image_report(image), std::to_string(image.size())));
   assert_true(has(rim::choice_report(trained()),
