@@ -63,8 +63,7 @@ typedef struct rim_alarm {
   uint16_t channel[RIM_ALARM_MAX_CHANNELS]; /* indices of outcomes, the most anomalous first */
   double shift[RIM_ALARM_MAX_CHANNELS]; /* unit: see rim_kind. [0] inside `region`; a further entry
                                            inside that outcome's own best region */
-  double shift_sd[RIM_ALARM_MAX_CHANNELS]; /* standard errors, same unit; 0 beside a shift of 0:
-                                              its size in that unit is not known */
+  double shift_sd[RIM_ALARM_MAX_CHANNELS]; /* standard errors, same unit; [i > 0]: 0 if unknown */
   rim_region region;                       /* in the features' units; dims 0: everywhere */
   double ln_anom;   /* evidence in nats (eq. 3.1) less what describes the hypothesis; of the
                        interference detector the log odds of its HMM */
