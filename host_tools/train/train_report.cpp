@@ -100,7 +100,8 @@ std::string highest_runs(const Training &training) {
   told.back() += fmt::format("; half of the runs reach at most {:.1f}", score_spread(all).middle);
   return wrapped(told, "  ") +
          (counts_less ? "  the highest run counts as much as where it is among those that taught, "
-                        "but no\n  less than the next one\n"
+                        "but no\n  less than the next one; runs unlike the others count as the "
+                        "next one\n"
                       : "");
 }
 
