@@ -256,6 +256,12 @@ bool rimi_search_passed(rim_search *s, uint32_t channel, const search_hypothesis
                         since->family == SEARCH_DURING)) {
     *out = (search_hypothesis){.family = SEARCH_DURING, .onset = since->onset};
     rimi_search_scan_end(s, out);
+    search_hypothesis found = search_state(s, channel)->region; /* its onset may be the better one */
+    if (found.family == SEARCH_DURING) {
+      rimi_search_evaluate(s, &found);
+      if (found.score > out->score)
+        *out = found;
+    }
   } else {
     rimi_search_scan_during(s, out);
     if (2u * out->blocks > s->held) /* what is mostly so is not what came and went */
