@@ -416,7 +416,6 @@ public:
     terms_ = config.basis.terms;
     means_ = config.basis.means;
     integrand_count_ = config.integrands;
-    block_s_ = options.period_s * options.block_rows;
     block_rows_ = static_cast<Eigen::Index>(options.block_rows);
   }
 
@@ -438,7 +437,6 @@ private:
   std::vector<std::uint64_t> memory_;
   blocks *blocks_ = nullptr;
   std::size_t terms_ = 0, means_ = 0, integrand_count_ = 0;
-  double block_s_ = 0.0;
   Eigen::Index block_rows_ = 1;
 };
 
@@ -467,8 +465,9 @@ BlockRun Gatherer::gather(const Log &log) {
   for (Matrix *m : {&run.early, &run.late})
     m->resize(rows, static_cast<Eigen::Index>(integrand_count_));
   run.time_s.resize(rows);
+  run.share.resize(rows);
   Eigen::Index n = 0;
-  double before_s = 0.0;
+  bool has_last = false; // the block before
   for (Eigen::Index t = 0; t < rows; ++t) {
     const bool ext = layout_.external;
     if (rimi_blocks_row(blocks_, log.t_s[static_cast<std::size_t>(t)], context.row(t).data(),
@@ -479,6 +478,7 @@ BlockRun Gatherer::gather(const Log &log) {
       continue;
     if (lacks_commands()) {
       ++run.left_out;
+      has_last = false;
       continue;
     }
     append(&run.context, n, rimi_blocks_context(blocks_));
@@ -490,15 +490,16 @@ BlockRun Gatherer::gather(const Log &log) {
     append(&run.means, n, rimi_blocks_means(blocks_), 1.0 / static_cast<double>(kRawScale));
     append(&run.early, n, rimi_blocks_early(blocks_));
     append(&run.late, n, rimi_blocks_late(blocks_));
-    const double start_s = rimi_blocks_start_s(blocks_);
-    run.follows.push_back(n > 0 && std::abs(start_s - before_s - block_s_) < 0.25 * block_s_);
-    before_s = start_s;
+    run.follows.push_back(has_last && rimi_blocks_adjoins(blocks_));
+    has_last = true;
+    run.share[n] = rimi_blocks_share(blocks_);
     run.time_s[n++] = rimi_blocks_since_start_s(blocks_);
   }
   for (Matrix *m : {&run.context, &run.outcome, &run.predicted, &run.scatter, &run.repeats,
                     &run.terms, &run.means, &run.early, &run.late})
     m->conservativeResize(n, m->cols());
   run.time_s.conservativeResize(n);
+  run.share.conservativeResize(n);
   run.first = Eigen::Map<const Eigen::VectorXd>(rimi_blocks_first(blocks_), outcomes);
   run.start.resize(rows > 0 ? features : 0);
   for (Eigen::Index f = 0; f < run.start.size(); ++f)

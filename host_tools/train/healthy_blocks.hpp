@@ -41,6 +41,7 @@ struct BlockRun {
   Eigen::VectorXd first;              // [outcomes]
   Eigen::VectorXd start;              // [features]: mean of the first block's rows; no rows: empty
   Eigen::VectorXd time_s;             // [blocks], since the start of the run
+  Eigen::VectorXd share;              // [blocks], rimi_blocks_share()
   std::vector<bool> follows;          // the block before is its neighbour in time
   std::size_t left_out = 0;           // blocks after gaps
   Eigen::Index blocks() const { return outcome.rows(); }

@@ -56,6 +56,7 @@ Eigen::Index column_of(const Basis &basis, std::uint16_t filter) {
 struct Inputs {
   Matrix filter;           // blocks x inputs of the basis
   Eigen::VectorXd elapsed; // from the middle of the block before to that of this one, s
+  Eigen::VectorXd share;   // of the time of both, that of this one
   const Matrix *outcome = nullptr; // blocks x outcomes
 };
 
@@ -98,8 +99,8 @@ public:
         rimi_rolled_resume(&view_, in.filter.row(n).data(), moved(in, n).data(), state.data(),
                            part.data());
       else
-        rimi_rolled_step(&view_, in.filter.row(n).data(), in.elapsed[n], block_s, state.data(),
-                         part.data());
+        rimi_rolled_step(&view_, in.filter.row(n).data(), in.share[n], in.elapsed[n], block_s,
+                         state.data(), part.data());
       values.row(n) = state;
     }
     return values;
@@ -253,6 +254,7 @@ Inputs Searcher::inputs_of(std::size_t r) const {
     in.filter.col(filters_[k]) = wide->terms.col(columns_[k]);
   in.outcome = &run.outcome;
   in.elapsed = Eigen::VectorXd::Zero(run.blocks());
+  in.share = run.share;
   for (Eigen::Index n = 1; n < run.blocks(); ++n)
     in.elapsed[n] = run.time_s[n] - run.time_s[n - 1];
   return in;
@@ -301,6 +303,7 @@ Matrix Searcher::steps(std::size_t r, std::size_t o, const std::vector<Factors> 
     middle[n] = y.segment(from, to - from + 1).mean();
   }
   const Matrix &filter = inputs_[r].filter, &values = rolled_.values[r];
+  const auto share = inputs_[r].share.tail(blocks - 1).array();
   Matrix steps(blocks, static_cast<Eigen::Index>(products.size()));
   for (Eigen::Index c = 0; c < steps.cols(); ++c) {
     const Factors &f = products[static_cast<std::size_t>(c)];
@@ -320,7 +323,7 @@ Matrix Searcher::steps(std::size_t r, std::size_t o, const std::vector<Factors> 
         of_states *= middle.array();
     }
     Eigen::ArrayXd mean = now;
-    mean.tail(blocks - 1) = 0.5 * (now.tail(blocks - 1) + now.head(blocks - 1));
+    mean.tail(blocks - 1) = share * now.tail(blocks - 1) + (1.0 - share) * now.head(blocks - 1);
     steps.col(c) = mean * of_states * inputs_[r].elapsed.array();
   }
   return steps;

@@ -152,7 +152,7 @@ static inline void fuzz_rolled(const rim_basis *basis) {
   static const double filter[BASIS_MAX_INPUTS * BASIS_MAX_TIMES] = {1.0, -1e9, 1e9};
   double state[BASIS_MAX_STATES] = {0.0}, part[BASIS_MAX_RATES];
   rimi_rolled_begin(basis, filter, 1.0, state, part);
-  rimi_rolled_step(basis, filter, 1.0, 1.0, state, part);
+  rimi_rolled_step(basis, filter, 0.5, 1.0, 1.0, state, part);
   for (size_t s = 0; s < basis->states; ++s)
     fuzz_must(state[s] >= (double)rimi_le_f32(basis->limit, 2 * s) &&
               state[s] <= (double)rimi_le_f32(basis->limit, 2 * s + 1));

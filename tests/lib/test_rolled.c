@@ -90,7 +90,7 @@ static void states_follow_their_equations(void **unused) {
   for (uint32_t n = 1; n < 800; ++n) {
     const double t_s = (n + 0.5) * BLOCK_S;
     input_at(t_s, u);
-    rimi_rolled_step(&v, u, BLOCK_S, BLOCK_S, z, part);
+    rimi_rolled_step(&v, u, 0.5, BLOCK_S, BLOCK_S, z, part);
     integrate(t_s - BLOCK_S, t_s, exact);
     for (size_t s = 0; s < STATES; ++s) {
       if (!(fabs(z[s] - exact[s]) < 2e-3))
@@ -114,9 +114,9 @@ static void a_long_step_is_two(void **unused) {
     rimi_rolled_begin(&v, u, block[k], once, part);
     rimi_rolled_begin(&v, u, block[k], twice, part);
     const double before = once[0];
-    rimi_rolled_step(&v, u, long_s, block[k], once, part);
+    rimi_rolled_step(&v, u, 0.5, long_s, block[k], once, part);
     for (int half = 0; half < 2; ++half)
-      rimi_rolled_step(&v, u, 0.5 * long_s, block[k], twice, part);
+      rimi_rolled_step(&v, u, 0.5, 0.5 * long_s, block[k], twice, part);
     assert_true(once[0] == twice[0] && once[1] == twice[1] && once[0] > before && once[0] < LIMIT);
   }
 }
@@ -148,7 +148,7 @@ static void every_state_may_be_a_factor(void **unused) {
     for (unsigned s = 0; s < ALL; ++s)
       z[s] = 1.0 + s;
     rimi_rolled_begin(&v, NULL, 1.0, z, part);
-    rimi_rolled_step(&v, NULL, 1.0, 1.0, z, part);
+    rimi_rolled_step(&v, NULL, 0.5, 1.0, 1.0, z, part);
     for (unsigned s = 0; s < ALL; ++s) /* by the midpoint rule, of half a block and a whole one */
       assert_true(fabs(z[s] - (1.0 + s) * (1.0 - 0.25 + 0.03125) * (1.0 - 0.5 + 0.125)) < 1e-12);
   }
@@ -164,15 +164,15 @@ static void gaps_and_limits_hold(void **unused) {
   double part[RATES], z[STATES] = {1.0, 0.0}, two[STATES] = {1.0, 0.0}, other[RATES];
   rimi_rolled_begin(&v, u, BLOCK_S, z, part);
   rimi_rolled_begin(&v, u, BLOCK_S, two, other);
-  rimi_rolled_step(&v, u, 1e6, BLOCK_S, z, part);
-  rimi_rolled_step(&v, u, ROLLED_LONGEST * BLOCK_S, BLOCK_S, two, other);
+  rimi_rolled_step(&v, u, 0.5, 1e6, BLOCK_S, z, part);
+  rimi_rolled_step(&v, u, 0.5, ROLLED_LONGEST * BLOCK_S, BLOCK_S, two, other);
   assert_true(z[0] == two[0] && z[1] == two[1] && z[0] > 1.0);
   for (size_t k = 0; k < 3; ++k)
-    rimi_rolled_step(&v, huge, BLOCK_S, BLOCK_S, z, part);
+    rimi_rolled_step(&v, huge, 0.5, BLOCK_S, BLOCK_S, z, part);
   assert_true(z[0] == -LIMIT && z[1] == LIMIT);
   const double without_end[INPUTS] = {3.0, 1e308}; /* its products are infinite, and no number */
-  rimi_rolled_step(&v, without_end, BLOCK_S, BLOCK_S, z, part);
-  rimi_rolled_step(&v, without_end, BLOCK_S, BLOCK_S, z, part);
+  rimi_rolled_step(&v, without_end, 0.5, BLOCK_S, BLOCK_S, z, part);
+  rimi_rolled_step(&v, without_end, 0.5, BLOCK_S, BLOCK_S, z, part);
   assert_true(z[0] >= -LIMIT && z[0] <= LIMIT && z[1] >= -LIMIT && z[1] <= LIMIT);
 }
 

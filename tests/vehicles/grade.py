@@ -4,13 +4,14 @@
 
   tests/vehicles/grade.py [--rim build/rim] [--module tests/vehicles/vehicles.py] [--vehicles NAME,...]
       [--train 30] [--healthy 12] [--per 2] [--base 0] [--jobs 2] [--json FILE] [--keep DIR]
-      [--csv DIR | --from DIR] [--gaps] [--cut] [--longer X] [--require found=0.97,false=0.05,...] [--quiet]
+      [--csv DIR | --from DIR] [--gaps] [--lossy P] [--cut] [--longer X] [--require found=0.97,false=0.05,...] [--quiet]
 
 For every vehicle: train on healthy runs, replay fresh healthy ones and `per` runs of every fault. Prints
 a line a faulty run, and per vehicle and over all the shares with 95 % (Wilson) intervals. Seeds: base + 0..
 train, base + 500.. healthy (+100000 from the 200th on), base + 700 + 1000 i + 31 j the j-th run of fault i.
 Tune on some bases, report on others. --csv writes the logs and their truth and ends; --from grades these.
 --gaps: every log lacks some rows, here and there and in one stretch (times by row count are off by as much).
+--lossy: the logs that are not trained on lack this share of their rows, here and there.
 --longer: the runs that are not trained on last X times as long (own vehicles only).
 --cut: every log begins somewhere in the first 40 % of its run, at time 0.
 
@@ -72,14 +73,22 @@ def plan(module, o):
                 yield Case(v, "faulty", seed, fault, "%s/%s_%02d" % (v, fault.replace(":", "_"), j))
 
 
+def only(kept, rows, truth):
+    return [rows[i] for i in kept], truth and dict(truth, rows=[truth["rows"][i] for i in kept])
+
+
 def with_gaps(case, rows, truth):
     """The rows that telemetry brings which loses one in 50, and 3 % of the run in one stretch."""
     r = random.Random("gaps %s" % case.stem)
     first = r.randrange(len(rows) // 10, len(rows) - len(rows) // 10)
-    kept = [i for i in range(len(rows))
-            if not first <= i < first + .03 * len(rows) and r.random() > .02]
-    truth = truth and dict(truth, rows=[truth["rows"][i] for i in kept])
-    return [rows[i] for i in kept], truth
+    return only([i for i in range(len(rows))
+                 if not first <= i < first + .03 * len(rows) and r.random() > .02], rows, truth)
+
+
+def lossy(case, share, rows, truth):
+    """The rows that telemetry brings which loses this share of them."""
+    r = random.Random("lossy %s" % case.stem)
+    return only([i for i in range(len(rows)) if r.random() >= share], rows, truth)
 
 
 def cut(case, rows, truth):
@@ -100,6 +109,8 @@ def draw(o, case):
     columns, rows, truth = module.run(case.vehicle, case.seed, case.fault, **how)
     if o.gaps:
         rows, truth = with_gaps(case, rows, truth)
+    if o.lossy and case.role != "train":
+        rows, truth = lossy(case, o.lossy, rows, truth)
     if o.cut:
         rows, truth = cut(case, rows, truth)
     stem = os.path.join(o.dir, case.stem)
@@ -261,6 +272,7 @@ def arguments():
         a.add_argument("--" + k)
     a.add_argument("--from", dest="source", help="grade the logs that --csv wrote, with the same numbers of runs")
     a.add_argument("--gaps", action="store_true", help="every log lacks rows")
+    a.add_argument("--lossy", type=float, default=0.0, help="share of rows that logs not trained on lack")
     a.add_argument("--longer", type=float, default=1.0, help="length of runs that are not trained on")
     a.add_argument("--cut", action="store_true", help="every log begins under way")
     a.add_argument("--require", default="", help="name=number,...: exit 1 where a share is worse")

@@ -5,6 +5,7 @@
 #include "base/real.h"
 
 enum { FACTORS = 3 };
+#define ROLLED_UNIFORM_SD 0.29 /* of what is anywhere between two values, of their distance */
 #define ROLLED_PART (ROLLED_LONGEST / ROLLED_PARTS) /* blocks */
 
 static uint16_t factor(const rim_basis *b, size_t rate, size_t which) {
@@ -57,6 +58,27 @@ static void advance(const rim_basis *b, const double *part, double dt_s, double 
   move(b, part, middle, state, dt_s, state);
 }
 
+/* The same product where every filter is at its input. */
+static double of_inputs(const rim_basis *b, size_t rate, const double *input) {
+  double product = 1.0;
+  for (size_t k = 0; k < FACTORS; ++k) {
+    const uint16_t code = factor(b, rate, k);
+    if (code < BASIS_STATE && b->times > 0)
+      product *= input[code / b->times < b->inputs ? code / b->times : 0];
+  }
+  return product;
+}
+
+void rimi_rolled_lose(const rim_basis *basis, const double *from, const double *to, double lost_s,
+                      const double *state, double *variance) {
+  for (size_t q = 0; q < basis->rates; ++q) {
+    const double moved = of_inputs(basis, q, to) - of_inputs(basis, q, from);
+    const double error = (double)rimi_le_f32(basis->weight, q) * of_states(basis, q, state) *
+                         moved * ROLLED_UNIFORM_SD * lost_s;
+    variance[rimi_le_index(basis->rate, 4 * q, BASIS_MAX_STATES)] += error * error;
+  }
+}
+
 void rimi_rolled_begin(const rim_basis *basis, const double *filter, double block_s, double *state,
                        double *part) {
   for (size_t q = 0; q < basis->rates; ++q)
@@ -64,12 +86,12 @@ void rimi_rolled_begin(const rim_basis *basis, const double *filter, double bloc
   advance(basis, part, 0.5 * block_s, state);
 }
 
-void rimi_rolled_step(const rim_basis *basis, const double *filter, double elapsed_s,
+void rimi_rolled_step(const rim_basis *basis, const double *filter, double share, double elapsed_s,
                       double block_s, double *state, double *part) {
   double mean[BASIS_MAX_RATES];
   for (size_t q = 0; q < basis->rates; ++q) {
     const double now = of_filters(basis, q, filter);
-    mean[q] = 0.5 * (part[q] + now);
+    mean[q] = (1.0 - share) * part[q] + share * now;
     part[q] = now;
   }
   double left_s = rimi_min(elapsed_s, ROLLED_LONGEST * block_s);

@@ -24,9 +24,16 @@
 void rimi_rolled_begin(const rim_basis *basis, const double *filter, double block_s, double *state,
                        double *part);
 
-/* The block `elapsed_s` after the one before (from middle to middle). O(rates) per block of it. */
-void rimi_rolled_step(const rim_basis *basis, const double *filter, double elapsed_s,
+/* The block `elapsed_s` after the one before (from middle to middle). share: of both, how much of
+ * the time is in this one; 0.5 unless one of them is longer. O(rates) per block of it. */
+void rimi_rolled_step(const rim_basis *basis, const double *filter, double share, double elapsed_s,
                       double block_s, double *state, double *part);
+
+/* Rows are missing in which the inputs went from `from` to `to`, [inputs] each, nobody knows when:
+ * what that adds to the states' variance[BASIS_MAX_STATES] of what they are not known by. lost_s:
+ * the time of these rows. O(rates). */
+void rimi_rolled_lose(const rim_basis *basis, const double *from, const double *to, double lost_s,
+                      const double *state, double *variance);
 
 /* The block after a gap that no step covers: each state goes on by what its outcome's readings
  * moved, moved[states], and so stays as far from them as it was before. What deviated still does;

@@ -13,6 +13,12 @@
 #define RATE_FAST 0.67
 #define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
+#define NEXT_BLOCK 0.25  /* of a block, that its start may be off and still follow the last */
+enum { JUMPED_NOW = 1, JUMPED_BEFORE = 2 }; /* in the block, in the one before it */
+#define STEADY 0.05      /* of its range, by which an input moves in a row without a jump */
+#define UNIFORM_SD 0.29  /* of a range: the standard deviation of what is anywhere in it */
+#define MOST_FILLED 0.5  /* of a block: the longest gap over which readings are filled in */
+#define MOST_WIDTHS 1e3  /* of a feature's range: how far a reading out of range may go */
 #define LOST_PART 0.5    /* of a block: how much of the commands a gap may hide unnoticed */
 #define LEARNT_RUNS 1.1  /* of a healthy run: how far the longest of them may go */
 
@@ -105,20 +111,40 @@ static double limited(blocks *b, size_t f, double x) {
 static void begin_block(blocks *b) {
   b->rows_in_block = 0;
   b->seconds = 0;
+  b->unpaired = 0;
+  b->jumped = (uint8_t)(b->jumped << 1u);
   memset(SUM(b), 0, 8u * (size_t)b->config.features);
   for (size_t f = 0; f < b->config.features; ++f) {
     if (!(blocks_whole_turn(b, f) > 0.0))
       blocks_turns(b)[f] = 0;
   }
-  memset(O_SUM(b), 0, 8u * (b->config.external ? 5u : 3u) * b->config.outcomes);
+  memset(SQUARES(b), 0, 8u * (b->config.external ? 5u : 2u) * b->config.outcomes);
   memset(blocks_filter_sum(b), 0, 8u * blocks_filters(b));
   memset(blocks_early(b), 0, 16u * (size_t)b->config.integrands);
   memset(blocks_unknown_sum(b), 0, 8u * b->config.basis.times);
 }
 
+/* A gap of more than half of a block begins another one. In a shorter one the readings and commands
+ * are taken to lie on a straight line, so that a block is of so much time, not of so many rows. */
+static void take_gap(blocks *b, double gap_s) {
+  const blocks_config *c = &b->config;
+  count(&b->health.gaps);
+  b->recent = 0;
+  if (gap_s >= rimi_max(MOST_FILLED * (double)c->block_rows, 3.0) * c->period_s) {
+    begin_block(b);
+    b->bridged = true;
+    if (!c->with_gaps && (double)b->missing > LOST_PART * (double)c->block_rows)
+      b->lost_rows += (double)b->missing;
+  } else if (!c->external && (double)b->missing <= MOST_FILLED * (double)c->block_rows) {
+    b->filled = (uint16_t)b->missing;
+  }
+  b->unpaired = (uint16_t)(b->unpaired + 1u + b->filled);
+}
+
 static void take_time(blocks *b, double t_s) {
   const blocks_config *c = &b->config;
   b->bridged = false;
+  b->filled = 0;
   if (!b->started) {
     b->started = true;
     b->start_s = t_s;
@@ -129,20 +155,30 @@ static void take_time(blocks *b, double t_s) {
     b->missing = rows >= 1.0 ? (uint32_t)rows : 0u;
     b->told_period_s += (dt - b->told_period_s) / RATE_ROWS;
     b->mean_period_s += (rimi_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
-    if (dt > 1.5 * c->period_s) {
-      count(&b->health.gaps);
-      b->recent = 0;
-      if (dt >= rimi_max(0.25 * (double)c->block_rows, 3.0) * c->period_s) {
-        begin_block(b);
-        b->bridged = true;
-        if (!c->with_gaps && (double)b->missing > LOST_PART * (double)c->block_rows)
-          b->lost_rows += (double)b->missing;
-      }
-    }
+    if (dt > 1.5 * c->period_s)
+      take_gap(b, dt);
   }
   b->previous_s = t_s;
   if (b->rows_in_block == 0)
-    b->block_start_s = t_s;
+    b->block_start_s = t_s - (double)b->filled * c->period_s;
+}
+
+/* Sums over a block: of values on a straight line from `before` to `now`, over the rows that are
+ * missing between the two; and of each times its row of the block, of which the first is `row`. */
+static double between(const blocks *b, double before, double now) {
+  return 0.5 * (double)b->filled * (before + now);
+}
+
+static double moment_between(const blocks *b, double row, double before, double now) {
+  const double n = (double)b->filled;
+  return 0.5 * n * row * (before + now) + n / 6.0 * ((n - 1.0) * before + (2.0 * n - 2.0) * now);
+}
+
+/* By how much a feature may have been off the straight line over a gap: what it moved by more than
+ * it could in so many rows, in standard deviations as those of a feature over its whole range. */
+static double jump_of(const blocks *b, size_t f, double from, double to) {
+  const double moved = rimi_abs(to - from) / blocks_trained_width(b, f);
+  return rimi_max(moved - STEADY * (1.0 + (double)b->missing), 0.0) / UNIFORM_SD;
 }
 
 /* The row's features, limited and unwrapped; where the angle jumps by more than half a turn it went
@@ -164,18 +200,19 @@ static void take_features(blocks *b, const double *context) {
     } else if (rimi_abs(context[f] - x) > BLOCKS_FAR * blocks_trained_width(b, f)) {
       if (turn[f] == 0 && b->rows > 0 && b->config.role[f] == 0)
         x = last[f];
-      ++turn[f];
+      turn[f] += 1 + (int32_t)b->filled;
     }
+    if (b->missing > 0 && jump_of(b, f, last[f], x) > 0.0)
+      b->jumped |= JUMPED_NOW;
+    SUM(b)[f] += b->filled > 0 ? between(b, last[f], x) + x : x;
     last[f] = x;
-    SUM(b)[f] += x;
   }
   if (b->out_feature != BLOCKS_NO_FEATURE)
     count(&b->health.out_of_range);
 }
 
-static void take_outcome(blocks *b, size_t o, double reading, double value) {
+static void take_reading(blocks *b, size_t o, double reading) {
   double *one = ONE_AGO(b) + o, *two = TWO_AGO(b) + o;
-  O_SUM(b)[o] += value;
   if (b->recent > 0 && rimi_bits(reading) == rimi_bits(*one))
     SAME(b)[o] += 1.0;
   if (b->recent >= 2) {
@@ -186,16 +223,28 @@ static void take_outcome(blocks *b, size_t o, double reading, double value) {
   *one = reading;
 }
 
-static void take_outcomes(blocks *b, const double *outcome, const double *mean, const double *sd) {
+/* How much a reading scatters and repeats is seen in the reading itself, which where it is out of
+ * range is another one than what is believed of it: that stays where the range ends. */
+static double raw_reading(const blocks *b, const double *context, size_t f) {
+  const double whole = blocks_whole_turn(b, f);
+  if (whole > 0.0)
+    return LAST(b)[f];
+  const double most = MOST_WIDTHS * blocks_trained_width(b, f);
+  return rimi_clamp(context[f], LAST(b)[f] - most, LAST(b)[f] + most);
+}
+
+static void take_outcomes(blocks *b, const double *context, const double *outcome,
+                          const double *mean, const double *sd) {
   for (size_t o = 0; o < b->config.outcomes; ++o) {
     if (b->config.external) {
       const double z = rimi_clamp((outcome[o] - mean[o]) / sd[o], -1e6, 1e6);
-      take_outcome(b, o, z, z);
+      take_reading(b, o, z);
+      O_SUM(b)[o] += z;
       P_SUM(b)[o] += mean[o];
       S_SUM(b)[o] += sd[o];
     } else {
-      const double x = LAST(b)[rimi_le_index(b->config.outcome_feature, o, b->config.features)];
-      take_outcome(b, o, x, x);
+      const size_t f = rimi_le_index(b->config.outcome_feature, o, b->config.features);
+      take_reading(b, o, raw_reading(b, context, f));
     }
   }
   if (b->recent >= 2)
@@ -227,26 +276,43 @@ static double radians(const blocks *b, size_t f) {
   return in_radians(b->config.role[f], LAST(b)[f]);
 }
 
-static void take_integrands(blocks *b) {
+static double integrand(const blocks *b, size_t g) {
+  const size_t first = rimi_le_index(b->config.integrand, 4 * g + 1, b->config.features);
+  const size_t second = rimi_le_index(b->config.integrand, 4 * g + 2, b->config.features);
+  const double x = LAST(b)[first];
+  switch ((agreement_op)rimi_le_u16(b->config.integrand, 4 * g)) {
+  case AGREEMENT_PLAIN:
+    break;
+  case AGREEMENT_PRODUCT:
+    return x * LAST(b)[second];
+  case AGREEMENT_COSINE:
+    return x * rimi_cos(radians(b, second));
+  case AGREEMENT_SINE:
+    return x * rimi_sin(radians(b, second));
+  }
+  return x;
+}
+
+/* Of the rows that are missing before this one, what the row before them has to say. */
+static void fill_integrands(blocks *b) {
+  const double row = (double)b->rows_in_block;
   for (size_t g = 0; g < b->config.integrands; ++g) {
-    const size_t first = rimi_le_index(b->config.integrand, 4 * g + 1, b->config.features);
-    const size_t second = rimi_le_index(b->config.integrand, 4 * g + 2, b->config.features);
-    double x = LAST(b)[first];
-    switch ((agreement_op)rimi_le_u16(b->config.integrand, 4 * g)) {
-    case AGREEMENT_PLAIN:
-      break;
-    case AGREEMENT_PRODUCT:
-      x *= LAST(b)[second];
-      break;
-    case AGREEMENT_COSINE:
-      x *= rimi_cos(radians(b, second));
-      break;
-    case AGREEMENT_SINE:
-      x *= rimi_sin(radians(b, second));
-      break;
+    const double x = integrand(b, g);
+    blocks_early(b)[g] += between(b, x, 0.0);
+    blocks_late(b)[g] += moment_between(b, row, x, 0.0);
+  }
+}
+
+static void take_integrands(blocks *b) {
+  const double row = (double)b->rows_in_block;
+  for (size_t g = 0; g < b->config.integrands; ++g) {
+    const double x = integrand(b, g);
+    if (b->filled > 0) {
+      blocks_early(b)[g] += between(b, 0.0, x);
+      blocks_late(b)[g] += moment_between(b, row, 0.0, x);
     }
     blocks_early(b)[g] += x;
-    blocks_late(b)[g] += x * (double)b->rows_in_block;
+    blocks_late(b)[g] += x * (row + (double)b->filled);
   }
 }
 
@@ -276,11 +342,12 @@ static double keeps(const blocks *b, size_t t) {
 }
 
 /* Of a mean that keeps `keep` since the row before, the part that is not known: what is left of the
- * old part, and the share of the gap. */
-static void forget(blocks *b, size_t t, double keep) {
-  const double gap = b->bridged ? 1.0 - (double)rimi_le_f32(b->config.basis.share, t) - keep : 0.0;
-  blocks_unknown(b)[t] = gap + keep * blocks_unknown(b)[t];
-  blocks_unknown_sum(b)[t] += blocks_unknown(b)[t];
+ * old part, and the share of the gap: of a long one all of it, else as far as an input jumped. */
+static void forget(blocks *b, size_t t, double keep, double jump) {
+  const double gap = 1.0 - (double)rimi_le_f32(b->config.basis.share, t) - keep;
+  blocks_unknown(b)[t] = (b->bridged ? gap : b->missing > 0 ? rimi_min(jump, 1.0) * gap : 0.0) +
+                         keep * blocks_unknown(b)[t];
+  blocks_unknown_sum(b)[t] += (1.0 + (double)b->filled) * blocks_unknown(b)[t];
 }
 
 /* Time since the start, as far as the healthy runs went. Their length is the longest time constant,
@@ -302,30 +369,75 @@ static double mean_before(const blocks *b, size_t filter, double u) {
                              (double)rimi_le_f32(begin, 2 * filter + 1) * u;
 }
 
-static void take_inputs(blocks *b) {
+/* How far an exponential mean of what grows by 1 over a gap lags behind it at the gap's end. */
+static double lag_of(const blocks *b, size_t t, double keep) {
+  const double share = (double)rimi_le_f32(b->config.basis.share, t);
+  return (1.0 - share) * (1.0 - keep) / (share * (1.0 + (double)b->missing));
+}
+
+/* The means of an input, which over a gap went from `from` on a straight line to `to`, or else is
+ * `to` alone. */
+static void take_input(blocks *b, size_t i, double from, double to, const double *keep) {
   const rim_basis *n = &b->config.basis;
-  double keep[BASIS_MAX_TIMES];
+  const double half = 0.5 * (double)b->missing;
+  double *f = blocks_filter(b) + i * n->times, *sum = blocks_filter_sum(b) + i * n->times;
+  blocks_integral(b)[i] += (to + half * (from + to)) * b->config.period_s;
+  for (size_t t = 0; t < n->times; ++t) {
+    const double before = b->rows == 0 ? mean_before(b, i * n->times + t, to) : f[t];
+    const double line = b->missing > 0 ? lag_of(b, t, keep[t]) * (from - to) : 0.0;
+    f[t] = to + line + (before - from) * keep[t];
+    sum[t] += between(b, before, f[t]) + f[t];
+  }
+}
+
+/* Nobody knows when in a gap the inputs, [inputs] each, went from `from` to `to`. What gathers over
+ * a run never learns it. Returns the farthest that a command jumped, for means, which forget. */
+static double lose(blocks *b, const double *from, const double *to) {
+  const rim_basis *n = &b->config.basis;
+  double jump = 0.0, moved = 0.0;
+  for (size_t i = 0; i < n->inputs; ++i) {
+    const size_t f = rimi_le_index(n->input, 2 * i, b->config.features);
+    if (rimi_le_u16(n->input, 2 * i + 1) != BASIS_PLAIN)
+      continue;
+    jump = rimi_max(jump, jump_of(b, f, from[i], to[i]));
+    moved = rimi_max(moved, rimi_abs(to[i] - from[i]) / blocks_trained_width(b, f));
+  }
+  if (b->bridged || b->config.with_gaps)
+    return jump;
+  const double rows = moved * (double)b->missing;
+  b->lost_rows = rimi_sqrt(b->lost_rows * b->lost_rows + rows * rows);
+  rimi_rolled_lose(n, from, to, (double)b->missing * b->config.period_s, blocks_state(b),
+                   b->state_variance);
+  return jump;
+}
+
+/* before[inputs]: of the row before a gap; NULL: there is none. */
+static void take_inputs(blocks *b, const double *before) {
+  const rim_basis *n = &b->config.basis;
+  double keep[BASIS_MAX_TIMES], now[BASIS_MAX_INPUTS];
+  for (size_t i = 0; i < n->inputs; ++i)
+    now[i] = input_value(b, i);
+  const double jump = before != NULL ? lose(b, before, now) : 0.0;
   for (size_t t = 0; t < n->times; ++t) {
     keep[t] = keeps(b, t);
-    forget(b, t, keep[t]);
+    forget(b, t, keep[t], jump);
   }
-  for (size_t i = 0; i < n->inputs; ++i) {
-    const double u = input_value(b, i);
-    double *f = blocks_filter(b) + i * n->times, *sum = blocks_filter_sum(b) + i * n->times;
-    blocks_integral(b)[i] += u * b->config.period_s * (1.0 + (double)b->missing);
-    for (size_t t = 0; t < n->times; ++t) {
-      /* Over a gap the command is taken to have been as in the row that ends it. */
-      const double before = b->rows == 0 ? mean_before(b, i * n->times + t, u) : f[t];
-      f[t] = u + (before - u) * keep[t];
-      sum[t] += f[t];
-    }
-  }
+  for (size_t i = 0; i < n->inputs; ++i)
+    take_input(b, i, before != NULL ? before[i] : now[i], now[i], keep);
   const double t_s = b->previous_s - b->start_s;
   const bool was_learnt = t_s < learnt_time_s(b, t_s) + 0.5 * b->config.period_s;
   for (size_t t = 0; t < n->times; ++t)
     blocks_decay(b)[t] = b->rows == 0 ? 1.0
                          : was_learnt ? blocks_decay(b)[t] * keep[t]
                                       : blocks_decay(b)[t];
+}
+
+/* An input's integral at the end of the block, or half as much later as the block is longer: the
+ * outcome is a mean, which is of its middle. */
+static double integral_of(const blocks *b, size_t input) {
+  const double longer = (double)b->rows_in_block - (double)b->config.block_rows;
+  const double mean = blocks_filter_sum(b)[input * b->config.basis.times];
+  return blocks_integral(b)[input] - 0.5 * longer * b->config.period_s * mean;
 }
 
 static double term_value(const blocks *b, size_t i) {
@@ -351,7 +463,7 @@ static double term_value(const blocks *b, size_t i) {
   case BASIS_DECAY:
     return blocks_decay(b)[time];
   case BASIS_INTEGRAL:
-    return blocks_integral(b)[first < n->inputs ? first : 0];
+    return integral_of(b, first < n->inputs ? first : 0);
   case BASIS_INITIAL:
     return (FIRST(b)[outcome] - (double)rimi_le_f32(n->first, outcome)) *
            (1.0 - blocks_decay(b)[time]);
@@ -402,8 +514,9 @@ static void roll(blocks *b, const double *before) {
     rimi_rolled_begin(&b->config.basis, blocks_filter_sum(b), block_s, blocks_state(b),
                       blocks_part(b));
   } else if (b->count >= FIRST_BLOCKS)
-    rimi_rolled_step(&b->config.basis, blocks_filter_sum(b), middle_s - b->rolled_s, block_s,
-                     blocks_state(b), blocks_part(b));
+    rimi_rolled_step(&b->config.basis, blocks_filter_sum(b),
+                     rimi_blocks_share(b), middle_s - b->rolled_s, block_s, blocks_state(b),
+                     blocks_part(b));
   b->rolled_s = middle_s;
 }
 
@@ -430,9 +543,21 @@ static void wrap_angles(blocks *b) {
   }
 }
 
+/* Whether the block begins where the one before it ended; what the next one needs of it. */
+static void adjoin(blocks *b) {
+  const double block_s = b->config.period_s * (double)b->config.block_rows;
+  b->adjoins = b->count > 0 && rimi_abs(b->block_start_s - b->end_s - b->config.period_s) <
+                                   NEXT_BLOCK * block_s;
+  b->end_s = b->previous_s;
+  b->share = b->count == 0 ? 0.5
+                           : (double)b->rows_in_block / (double)(b->rows_in_block + b->last_rows);
+  b->last_rows = b->rows_in_block;
+}
+
 static void end_block(blocks *b) {
-  const double n = (double)b->rows_in_block;
+  const double n = (double)b->rows_in_block, pairs = n - (double)b->unpaired;
   double before[BASIS_MAX_STATES] = {0.0};
+  adjoin(b);
   for (size_t s = 0; s < b->config.basis.states; ++s)
     before[s] = reading_of(b, s);
   for (size_t f = 0; f < b->config.features; ++f)
@@ -440,20 +565,25 @@ static void end_block(blocks *b) {
   for (size_t i = 0; i < blocks_filters(b); ++i)
     blocks_filter_sum(b)[i] /= n;
   for (size_t o = 0; o < b->config.outcomes; ++o) {
-    OUTCOME(b)[o] = O_SUM(b)[o] / n;
     if (b->config.external) {
+      OUTCOME(b)[o] = O_SUM(b)[o] / n;
       PREDICTED(b)[o] = P_SUM(b)[o] / n;
       SD(b)[o] = S_SUM(b)[o] / n;
+    } else {
+      OUTCOME(b)[o] = SUM(b)[rimi_le_index(b->config.outcome_feature, o, b->config.features)];
     }
-    REPEATS(b)[o] = SAME(b)[o] / n;
+    if (b->count > 0 && !rimi_blocks_knows_readings(b))
+      continue; /* as in the block before */
+    REPEATS(b)[o] = pairs > 0.0 ? SAME(b)[o] / pairs : 0.0;
     const double square = b->seconds > 0 ? SQUARES(b)[o] / (double)b->seconds : 0.0;
     SCATTER(b)[o] = square > 0.0 ? rimi_max(rimi_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;
   }
   for (size_t g = 0; g < b->config.integrands; ++g) {
     const double mean = blocks_early(b)[g] / n;
     const double moment = (blocks_late(b)[g] / n - 0.5 * (n - 1.0) * mean) / n;
-    blocks_early(b)[g] = mean - 2.0 * moment;
-    blocks_late(b)[g] = mean + 2.0 * moment;
+    const double longer = n / (double)b->config.block_rows;
+    blocks_early(b)[g] = longer * (mean - 2.0 * moment);
+    blocks_late(b)[g] = longer * (mean + 2.0 * moment);
   }
   take_first(b);
   if (b->config.basis.terms + b->config.basis.means > 0) { /* there are models */
@@ -471,16 +601,22 @@ blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, cons
   count(&b->health.rows);
   if (!row_is_usable(b, t_s, context, outcome, mean, sd))
     return BLOCKS_BAD;
-  if (b->rows_in_block == b->config.block_rows)
+  if (b->rows_in_block >= b->config.block_rows)
     begin_block(b);
   take_time(b, t_s);
+  double before[BASIS_MAX_INPUTS];
+  const bool has_gap = b->missing > 0;
+  for (size_t i = 0; i < b->config.basis.inputs && has_gap; ++i)
+    before[i] = input_value(b, i);
+  if (has_gap)
+    fill_integrands(b);
   take_features(b, context);
-  take_outcomes(b, outcome, mean, sd);
-  take_inputs(b);
+  take_outcomes(b, context, outcome, mean, sd);
+  take_inputs(b, has_gap ? before : NULL);
   take_integrands(b);
   count(&b->rows);
   count(&b->health.rows_used);
-  ++b->rows_in_block;
+  b->rows_in_block = (uint16_t)(b->rows_in_block + 1u + b->filled);
   if (rimi_blocks_rate_is_wrong(b)) {
     count(&b->health.wrong_rate);
     begin_block(b);
@@ -525,6 +661,15 @@ bool rimi_blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
 bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }
 bool rimi_blocks_has_resumed(const blocks *b) { return b->resumed; }
 uint32_t rimi_blocks_out_states(const blocks *b) { return b->out_states; }
+const double *rimi_blocks_state_variance(const blocks *b) { return b->state_variance; }
+double rimi_blocks_share(const blocks *b) { return b->share; }
+bool rimi_blocks_jumped(const blocks *b) {
+  return (b->jumped & (JUMPED_NOW | JUMPED_BEFORE)) != 0;
+}
+bool rimi_blocks_adjoins(const blocks *b) { return b->adjoins; }
+bool rimi_blocks_knows_readings(const blocks *b) {
+  return b->unpaired == 0 || 4u * b->seconds >= 3u * (uint32_t)b->config.block_rows;
+}
 bool rimi_blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
 const uint16_t *rimi_blocks_unknown(const blocks *b) { return blocks_unknown_term(b); }
 double rimi_blocks_since_start_s(const blocks *b) {

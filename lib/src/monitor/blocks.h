@@ -111,11 +111,20 @@ bool rimi_blocks_has_resumed(const blocks *b); /* states went on from readings a
  * command never is: a loop may answer a fault by one that no healthy run had. Nor is what another
  * mission may read, within BLOCKS_FAR. */
 bool rimi_blocks_is_out(const blocks *b, uint16_t feature);
+/* [states]: of what short gaps left unknown of them; all zero: nothing is. */
+const double *rimi_blocks_state_variance(const blocks *b);
 uint32_t rimi_blocks_out_states(const blocks *b); /* bit s: state s began out of range */
+bool rimi_blocks_adjoins(const blocks *b);        /* it begins where the one before it ended */
+/* A feature jumped over a gap in this block or the one before: what integrates it is not known. */
+bool rimi_blocks_jumped(const blocks *b);
+bool rimi_blocks_knows_readings(const blocks *b); /* enough of them to see scatter and repeats */
 bool rimi_blocks_knows_all(const blocks *b);      /* every term is what the commands made it */
 const uint16_t *
 rimi_blocks_unknown(const blocks *b); /* [terms]: rimi_behaviour_error; else not valid */
 double rimi_blocks_since_start_s(const blocks *b); /* middle of the block */
+/* Of the time that the block and the one before it took, how much is of this one: 0.5 unless rows
+ * were missing at the end of one of them. */
+double rimi_blocks_share(const blocks *b);
 /* By how much of their length the run is longer than the healthy runs were: 0 to 1. */
 double rimi_blocks_beyond_learnt(const blocks *b);
 double rimi_blocks_run_start_s(const blocks *b); /* first row of the run, absolute */

@@ -15,12 +15,20 @@ struct blocks {
   blocks_config config;
   blocks_health health;
   double start_s, previous_s, block_start_s, mean_period_s, out_value, lost_rows;
+  double end_s, share;  /* of the block that ended: its last row; rimi_blocks_share() */
+  double state_variance[BASIS_MAX_STATES]; /* by rows that are missing */
   double rolled_s;      /* middle of the block to which the states were rolled */
   double told_period_s; /* recent mean time between rows, however long the gaps */
   uint32_t count, rows; /* blocks ended; rows used since the start */
-  uint16_t rows_in_block, seconds, out_feature;
+  uint16_t rows_in_block; /* with those that are filled in */
+  uint16_t seconds;       /* second differences of the block */
+  uint16_t unpaired;      /* of its rows, those whose last one is missing, and the missing ones */
+  uint16_t filled;        /* rows before this one that are filled in: a short gap in a block */
+  uint16_t last_rows;     /* of the block before the one that ended */
+  uint16_t out_feature;
   uint32_t missing;    /* rows that a gap before this one left out */
   uint32_t out_states; /* bit s: state s began at, or was rolled by, a reading out of range */
+  uint8_t jumped;      /* bits: a feature did over a gap */
   uint8_t recent;      /* readings before this one without a gap, at most 2 */
   bool started;
   bool late;      /* the run began before its first row */
@@ -28,12 +36,13 @@ struct blocks {
   bool bridged;   /* the gap before this row was too long for its block */
   bool knows_all; /* of the block that ended: its terms */
   bool any_out;   /* of the block that ended: a reading is far out of range */
+  bool adjoins;   /* the block that ended, to the one before it */
   bool resumed;   /* states went on from readings after a gap */
 };
 
 /* Arrays: first the history, which one row leaves for the next, and then what a block's end makes
  * of it. Those named external are there only when the configuration is. */
-enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 7, EXTERNAL_ARRAYS = 3 };
+enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 6, EXTERNAL_ARRAYS = 4 };
 
 static inline double *array(const blocks *b) {
   return (double *)(void *)((unsigned char *)(uintptr_t)b + ((sizeof *b + 7u) & ~(size_t)7u));
@@ -50,9 +59,9 @@ static inline double *outcome_array(const blocks *b, size_t which) {
 #define FIRST(b) outcome_array(b, 1)
 #define ONE_AGO(b) outcome_array(b, 2)
 #define TWO_AGO(b) outcome_array(b, 3)
-#define O_SUM(b) outcome_array(b, 4)
-#define SQUARES(b) outcome_array(b, 5)
-#define SAME(b) outcome_array(b, 6)
+#define SQUARES(b) outcome_array(b, 4)
+#define SAME(b) outcome_array(b, 5)
+#define O_SUM(b) outcome_array(b, 6) /* external */
 #define P_SUM(b) outcome_array(b, 7) /* external */
 #define S_SUM(b) outcome_array(b, 8) /* external */
 #define SD(b) outcome_array(b, 9) /* external; between blocks an alarm may tell its shift by it */

@@ -181,8 +181,8 @@ void rimi_blocks_find_unknown(blocks *b) {
       blocks_unknown(b)[t] = blocks_decay(b)[t];
   }
   const double beyond = rimi_blocks_beyond_learnt(b);
-  bool any = b->late || b->resumed || b->out_states != 0 || b->lost_rows > 0.0 || beyond > 0.0 ||
-             b->any_out;
+  bool any = b->late || b->resumed || rimi_blocks_jumped(b) || b->out_states != 0 ||
+             b->lost_rows > 0.0 || beyond > 0.0 || b->any_out;
   for (size_t i = 0; i < n->inputs && !any; ++i)
     any = blocks_out_blocks(b)[2 * i] > 0;
   for (size_t t = 0; t < n->times && !any; ++t)

@@ -22,8 +22,6 @@
 #include "search/select.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
-/* Of a block that its start may be off and still follow the last. */
-#define MONITOR_NEXT_BLOCK 0.25
 /* A deviation is over when its outcome has been quiet since for this number of blocks and this part
  * of a healthy run: a place that is visited again and again is no end. */
 #define MONITOR_OVER_BLOCKS 8u
@@ -85,7 +83,7 @@ struct rim_monitor {
   uint32_t said_well[RIM_MONITOR_MAX_OUTCOMES / 32];
   uint32_t ended_first, ended_end, ended_count; /* blocks of the newest deviation that ended */
   uint32_t raised_at; /* trained: blocks of the run when the alarm was raised that stands */
-  double run_start_s, block_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
+  double run_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
   uint32_t steps, refused, partly;
   uint16_t channel_count, out_feature;
   monitor_gap gap[MONITOR_GAPS]; /* not trained: the newest ones, in order */

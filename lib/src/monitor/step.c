@@ -53,17 +53,6 @@ static void predict(rim_monitor *m) {
   }
 }
 
-/* Whether the block begins where the one before it ended. */
-static bool follows(rim_monitor *m) {
-  const double start_s = rimi_blocks_start_s(m->rows);
-  const double block_s =
-      1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] * (double)m->words[RIM_CONFIG_BLOCK_ROWS];
-  const bool is_next =
-      m->has_place && rimi_abs(start_s - m->block_start_s - block_s) < MONITOR_NEXT_BLOCK * block_s;
-  m->block_start_s = start_s;
-  return is_next;
-}
-
 /* What sections LEVEL and QUADRATIC see of the block; false: the image has neither. */
 static bool level_inputs(const rim_monitor *m, double input[RIM_NOMINAL_MAX_INPUTS]) {
   if (m->models.level.section == NULL && m->models.quadratic.section == NULL)
@@ -127,6 +116,21 @@ static void add_resumed(const rim_monitor *m, double *error) {
   doubt_states(m, uncertain, error);
 }
 
+/* The states of which short gaps have left more unknown than their outcome's noise hides. */
+static uint32_t lost_states(const rim_monitor *m) {
+  const rim_basis *basis = rimi_blocks_basis(m->rows);
+  const double *variance = rimi_blocks_state_variance(m->rows);
+  uint32_t lost = 0;
+  for (uint32_t s = 0; s < basis->states; ++s) {
+    const size_t o = rimi_le_index(basis->state, s, m->words[RIM_CONFIG_OUTCOMES]);
+    const noise_channel n = rimi_noise_channel(&m->models.noise, (uint32_t)o);
+    const double known = MONITOR_MOST_UNKNOWN * (double)n.s / (1.0 - (double)n.rho);
+    if (variance[s] > known * known)
+      lost |= UINT32_C(1) << s;
+  }
+  return lost;
+}
+
 /* Where a run is longer than all that were learnt from, what gathers over a run goes where no
  * healthy run has been: sums, and states that are rolled forward. */
 static bool gathers_too_long(const rim_monitor *m) {
@@ -174,7 +178,7 @@ static double agreement_error(const rim_monitor *m, uint32_t o, bool too_long,
                               const double *error) {
   if (is_out(m, o))
     return 0.0;
-  if ((too_long && is_sum(m, o)) || relies_on_out(m, o))
+  if (((too_long || rimi_blocks_jumped(m->rows)) && is_sum(m, o)) || relies_on_out(m, o))
     return MONITOR_NOT_KNOWN;
   return rimi_agreement_error(&m->models.agreement, o, rimi_blocks_means(m->rows), error);
 }
@@ -200,7 +204,7 @@ static bool find_unknown(rim_monitor *m) {
   rimi_behaviour_error(&m->models.behaviour, rimi_blocks_unknown(m->rows),
                        rimi_blocks_knows_start(m->rows), error);
   add_resumed(m, error);
-  doubt_states(m, rimi_blocks_out_states(m->rows), error);
+  doubt_states(m, rimi_blocks_out_states(m->rows) | lost_states(m), error);
   const bool too_long = gathers_too_long(m);
   if (too_long)
     doubt_states(m, UINT32_MAX, error);
@@ -234,6 +238,20 @@ static void hide_levels(rim_monitor *m, bool has_others) {
   }
 }
 
+/* Nor do too few readings in a row say how much they scatter and repeat. */
+static bool hide_readings(rim_monitor *m, bool has_others) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  if (rimi_blocks_knows_readings(m->rows))
+    return false;
+  if (!has_others)
+    memset(m->unknown, 0, m->channel_count * sizeof *m->unknown);
+  for (uint32_t o = 0; o < outcomes; ++o) {
+    m->unknown[RIM_CHANNEL_SCATTER * outcomes + o] = true;
+    m->unknown[RIM_CHANNEL_REPEAT * outcomes + o] = true;
+  }
+  return true;
+}
+
 /* The region features as bytes of their trained range. */
 static void find_place(rim_monitor *m) {
   const double *context = rimi_blocks_context(m->rows);
@@ -250,7 +268,7 @@ static bool observe_trained(rim_monitor *m) {
   if (m->words[RIM_CONFIG_EXTERNAL] == 0 && !rimi_blocks_has_first(m->rows))
     return false; /* models may need the run's first readings */
   predict(m);
-  const bool is_next = follows(m);
+  const bool is_next = m->has_place && rimi_blocks_adjoins(m->rows);
   const bool is_beyond = agree(m, is_next);
   find_place(m);
   const double disturbance = /* m->level: agree() is done with it */
@@ -258,12 +276,13 @@ static bool observe_trained(rim_monitor *m) {
   const bool partly = find_unknown(m);
   if (is_beyond)
     hide_levels(m, partly);
+  const bool is_thin = hide_readings(m, partly || is_beyond);
   const search_block block = {.t_s = rimi_blocks_since_start_s(m->rows),
                               .feature = m->place,
                               .mean = rimi_blocks_means(m->rows),
                               .predicted = m->predicted,
                               .residual = m->residual,
-                              .unknown = partly || is_beyond ? m->unknown : NULL,
+                              .unknown = partly || is_beyond || is_thin ? m->unknown : NULL,
                               .disturbance = disturbance,
                               .apart = !is_next};
   if (m->has_explained && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL)

@@ -82,11 +82,16 @@ static double correction(const rim_work_counts *n) {
   return n->corrected ? CORRECTED + n->outcomes * (double)ADD : 0.0;
 }
 
+/* After a gap: the integrands and inputs of the row before it, and what the states lose by it. */
+static double gap(const rim_work_counts *n) {
+  return (n->integrands + n->inputs) * (double)INTEGRAND + n->rates * (double)RATE + ROOT;
+}
+
 static double row_work(const rim_work_counts *n) {
   const double watch = n->watched ? 25u * PRODUCT + 16u * EXPONENTIAL + CALLS : 0.0;
   return CALLS + n->features * (double)VALUE + n->outcomes * (double)OUTCOME +
          n->integrands * (double)INTEGRAND + n->inputs * (INTEGRAND + n->times * (double)FILTER) +
-         n->times * (double)FILTER + (n->external ? correction(n) : 0.0) + watch;
+         n->times * (double)FILTER + gap(n) + (n->external ? correction(n) : 0.0) + watch;
 }
 
 /* ---- section NOISE: src/search ---- */
@@ -162,7 +167,7 @@ static double trained_judge(const rim_work_counts *n) {
   /* Which of two signs is meant: what lies beside, three times; what came and went, twice; the
    * baselines of five. */
   const double beside = ready_work(n) + 4u * pass(n, JUDGED) + 2u * binned(n);
-  const double passed = ready_work(n) + binned(n) + 3u * pass(n, JUDGED) + place;
+  const double passed = ready_work(n) + binned(n) + 4u * pass(n, JUDGED) + place;
   const double contrary = 3u * beside + 2u * passed + 5u * pass(n, JUDGED);
   /* A rate: an eighth of the features since an onset, each block with all bins; the best refined,
    * and at any time. What it was, and its mean. */

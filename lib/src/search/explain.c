@@ -256,7 +256,7 @@ bool rimi_search_passed(rim_search *s, uint32_t channel, const search_hypothesis
                         since->family == SEARCH_DURING)) {
     *out = (search_hypothesis){.family = SEARCH_DURING, .onset = since->onset};
     rimi_search_scan_end(s, out);
-    search_hypothesis found = search_state(s, channel)->region; /* its onset may be the better one */
+    search_hypothesis found = search_state(s, channel)->region; /* of another onset, it may be */
     if (found.family == SEARCH_DURING) {
       rimi_search_evaluate(s, &found);
       if (found.score > out->score)
