@@ -54,9 +54,9 @@ Eigen::Index column_of(const Basis &basis, std::uint16_t filter) {
 
 // One run, with one time constant: filter i is the mean of input i over the block.
 struct Inputs {
-  Matrix filter;           // blocks x inputs of the basis
-  Eigen::VectorXd elapsed; // from the middle of the block before to that of this one, s
-  Eigen::VectorXd share;   // of the time of both, that of this one
+  Matrix filter;                   // blocks x inputs of the basis
+  Eigen::VectorXd elapsed;         // from the middle of the block before to that of this one, s
+  Eigen::VectorXd share;           // of the time of both, that of this one
   const Matrix *outcome = nullptr; // blocks x outcomes
 };
 

@@ -120,7 +120,7 @@ static void records_keep_their_bits(void **state) {
       UINT64_C(0x5cc0864369f21e6a), UINT64_C(0x0158644f2c8a113f), UINT64_C(0x410d6fc53bb78b2c),
       UINT64_C(0xe5fb7c0a92969b94), UINT64_C(0xff510c261a938b9d), UINT64_C(0x855f2cfb7ac2a54e),
       UINT64_C(0x3dd63cbbafb9fd55), UINT64_C(0xc4eabcf51a42a018), UINT64_C(0x5a5491483294a608),
-      UINT64_C(0xd5c466cb5cc3948c), UINT64_C(0xa030c71fbcf9630c)};
+      UINT64_C(0xd5c466cb5cc3948c), UINT64_C(0x32c4f56a83da0f3c)};
   recipe of[3] = {calibrated[0], calibrated[0], calibrated[0]};
   put_rows(&of[1], AGREEMENT_RESIDUALS, AGREEMENT_RESIDUALS, 0.0, 0.5);
   put_rows(&of[2], AGREEMENT_FEW, AGREEMENT_FEW, -1.0, 0.8);

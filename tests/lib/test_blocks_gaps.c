@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* monitor/blocks.c after a gap: from which number of missing rows on a block begins anew, and what
- * is not known any more of a command's integral. Times are exact, so that edges are met. */
+ * is not known any more of a command's means and integral. Times are exact: edges are met. */
 #include <math.h>
 
 #include "monitor/blocks.h"
@@ -9,7 +9,7 @@
 enum { COMMAND = 0, SENSOR = 1, D = 2, SAID = 10 };
 #define PERIOD_S 0.25
 #define INVERSE_SD 0.0625 /* of the integral */
-#define SHARE 0.25 /* of the slow mean, per row */
+#define SHARE 0.25        /* of the slow mean, per row */
 
 typedef struct bench {
   bytes basis, outcome_feature, range;
@@ -59,17 +59,17 @@ static blocks_result offer(bench *s, uint32_t t) {
   return rimi_blocks_row(s->b, PERIOD_S * t, row, NULL, NULL, NULL);
 }
 
-/* A block of 16 rows bears two missing ones; where the next row comes a quarter of a block later,
- * it begins anew. */
-static void a_row_a_quarter_of_a_block_late_begins_one(void **state) {
+/* A block of 16 rows bears six missing ones, which count as rows of it; where the next row comes
+ * half a block later, it begins anew. */
+static void a_row_half_a_block_late_begins_one(void **state) {
   (void)state;
   enum { ROWS = 16 };
-  for (uint32_t missing = 2; missing <= 3; ++missing) {
+  for (uint32_t missing = 6; missing <= 7; ++missing) {
     bench s;
     start(&s, ROWS, false, NONE);
-    const bool anew = missing + 1u >= ROWS / 4u;
+    const bool anew = missing + 1u >= ROWS / 2u;
     for (uint32_t t = 0; t < 2 + ROWS; ++t) {
-      const bool ends = t + 1 == (anew ? 2 + ROWS : ROWS);
+      const bool ends = t + 1 == (anew ? 2 + ROWS : ROWS - missing);
       assert_int_equal(offer(&s, t < 2 ? t : t + missing), ends ? BLOCKS_DONE : BLOCKS_NONE);
       if (ends)
         break;
@@ -99,10 +99,10 @@ static void half_a_block_may_be_missing(void **state) {
   }
 }
 
-/* Two missing rows hide nothing of the integral, but a slow mean keeps them: by the share of theirs
- * that is left, until that is forgotten. */
+/* Three missing rows hide nothing of the integral, but a slow mean keeps them: by the share of
+ * theirs that is left, until that is forgotten. */
 static void forgets_a_gap(slow which) {
-  enum { ROWS = 8, MISSING = 2 };
+  enum { ROWS = 8, MISSING = 3 };
   bench s;
   start(&s, ROWS, false, which);
   double left = 1.0 - SHARE - pow(1.0 - SHARE, MISSING + 1.0), mean = 0.0;
@@ -137,7 +137,7 @@ static void a_slow_mean_forgets_a_gap(void **state) {
  * ever so little less goes with each, it is more. */
 static void a_thousandth_of_a_mean_is_as_good_as_known(void **state) {
   (void)state;
-  enum { ROWS = 1000, MISSING = 300, SHARE_AT = 36 };
+  enum { ROWS = 1000, MISSING = 500, SHARE_AT = 36 };
   for (int more = 0; more < 2; ++more) {
     bench s;
     start(&s, ROWS, false, FIRST);
@@ -163,7 +163,7 @@ static void stays_unknown(slow which) {
     const uint16_t *unknown = rimi_blocks_unknown(s.b);
     assert_false(rimi_blocks_knows_all(s.b) || rimi_blocks_knows_start(s.b));
     assert_true(unknown[0] >= BASIS_UNKNOWN_SD); /* a standard deviation or more */
-    if (t < ROWS) /* of the first block itself nothing is said yet */
+    if (t < ROWS)                                /* of the first block itself nothing is said yet */
       continue;
     assert_true(unknown[1] < before || (unknown[1] == 0 && t > 4 * ROWS));
     assert_true(unknown[1] > 0 || t > 2 * ROWS);
@@ -200,7 +200,7 @@ static void finish(bench *s, uint32_t t, double *said) {
  * block says, the sum of the history has changed, so that nobody believes it. */
 static void what_a_block_says_is_all_summed(void **state) {
   (void)state;
-  enum { ROWS = 8, MISSING = 2, AT = ROWS + 3 };
+  enum { ROWS = 8, MISSING = 3, AT = ROWS + 3 };
   static _Alignas(8) uint8_t before[4096];
   bench s;
   start(&s, ROWS, false, SECOND);
@@ -228,7 +228,7 @@ static void what_a_block_says_is_all_summed(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_row_a_quarter_of_a_block_late_begins_one),
+      cmocka_unit_test(a_row_half_a_block_late_begins_one),
       cmocka_unit_test(half_a_block_may_be_missing),
       cmocka_unit_test(a_slow_mean_forgets_a_gap),
       cmocka_unit_test(a_thousandth_of_a_mean_is_as_good_as_known),

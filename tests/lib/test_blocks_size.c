@@ -21,17 +21,18 @@ static void features_outcomes_and_integrands(void **state) {
   const blocks_config two = {.features = 2, .outcomes = 1};
   assert_int_equal(more_than(&one, two), 2 * 8);
   assert_int_equal(more_than(&two, (blocks_config){.features = 3, .outcomes = 1}), 2 * 8 + 8);
-  assert_int_equal(more_than(&one, (blocks_config){.features = 1, .outcomes = 2}), 9 * 8);
+  assert_int_equal(more_than(&one, (blocks_config){.features = 1, .outcomes = 2}), 8 * 8);
   blocks_config more = one;
   more.integrands = 3; /* early and late */
   assert_int_equal(more_than(&one, more), 2 * 3 * 8);
 }
 
-/* Rows that bring predictions: the sums of means and deviations, and both of the block. */
+/* Rows that bring predictions: the sums of what is left, of means and of deviations, and the latter
+ * two of the block. */
 static void predictions(void **state) {
   (void)state;
   const blocks_config external = {.features = 1, .outcomes = 1, .external = true};
-  assert_int_equal(more_than(&one, external), 4 * 8);
+  assert_int_equal(more_than(&one, external), 5 * 8);
   const blocks_config two = {.features = 1, .outcomes = 2, .external = true};
   assert_int_equal(more_than(&external, two), 13 * 8);
 }
@@ -50,7 +51,7 @@ static void the_basis(void **state) {
                    (2 * 3 * 2 + 3 * 2 + 3 + 2) * 8);
   assert_int_equal(basis_adds((rim_basis){.inputs = 4, .times = 2}),
                    (2 * 4 * 2 + 3 * 2 + 4 + 2) * 8);
-  assert_int_equal(basis_adds((rim_basis){.states = 5}), 5 * 8);
+  assert_int_equal(basis_adds((rim_basis){.states = 5}), 2 * 5 * 8); /* and its variance */
   assert_int_equal(basis_adds((rim_basis){.rates = 5}), 5 * 8);
   assert_int_equal(basis_adds((rim_basis){.means = 5}), 5 * 8);
   /* A term, and two bytes for what of it is unknown, rounded up to whole doubles. */

@@ -121,6 +121,52 @@ static void a_long_step_is_two(void **unused) {
   }
 }
 
+/* Where rows were missing at its end, a block is longer than the other. Each counts by its share of
+ * the time: a state that adds up its input is that sum from middle to middle, to rounding. */
+static void a_longer_block_counts_for_more(void **unused) {
+  (void)unused;
+  bytes rates = {.size = 0}, numbers = {.size = 0};
+  const uint16_t sums[4] = {0, 0, BASIS_PLAIN, BASIS_PLAIN};
+  for (size_t i = 0; i < 4; ++i)
+    u16(&rates, sums[i]);
+  f32(&numbers, 0.5);
+  f32(&numbers, -100.0);
+  f32(&numbers, 100.0);
+  const rim_basis v = {.inputs = 1,
+                       .times = 1,
+                       .states = 1,
+                       .rates = 1,
+                       .rate = rates.byte,
+                       .weight = numbers.byte,
+                       .limit = numbers.byte + 4};
+  const double before = 3.0, now = -8.0, longer_s = 1.5;
+  double part[1], z[1] = {0.0};
+  rimi_rolled_begin(&v, &before, 1.0, z, part);
+  assert_true(fabs(z[0] - 0.5 * 0.5 * 3.0) < 1e-12);
+  rimi_rolled_step(&v, &now, longer_s / (1.0 + longer_s), 0.5 * (1.0 + longer_s), 1.0, z, part);
+  assert_true(fabs(z[0] - 0.5 * (3.0 + 0.5 * longer_s * -8.0)) < 1e-12);
+}
+
+/* What is not known of a state after missing rows: its input went from one value to another, at a
+ * time that is as likely as any other. Two gaps are as independent as their variances. */
+static void missing_rows_add_variance(void **unused) {
+  (void)unused;
+  const bytes b = section();
+  rim_basis v;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  const double from[INPUTS] = {3.0, 1.0}, to[INPUTS] = {5.0, -1.0}, state[STATES] = {2.0, 0.5};
+  double variance[STATES] = {0.0};
+  rimi_rolled_lose(&v, from, from, 4.0, state, variance);
+  assert_true(variance[0] == 0.0 && variance[1] == 0.0);
+  rimi_rolled_lose(&v, from, to, 4.0, state, variance);
+  const double warm = 0.29 * 4.0 * 2.0 / TAU_S, push = 0.29 * 4.0 * -2.0;
+  assert_true(fabs(variance[0] - warm * warm) < 1e-6 * warm * warm);
+  const double of_product = push * 0.03125 * state[0], both = push * push + of_product * of_product;
+  assert_true(fabs(variance[1] - both) < 1e-6 * both);
+  rimi_rolled_lose(&v, to, from, 4.0, state, variance);
+  assert_true(fabs(variance[1] - 2.0 * both) < 1e-6 * both);
+}
+
 /* As many states as there may be: each decays by itself, from another height, and of the two kinds
  * of factors either names each of them. */
 static void every_state_may_be_a_factor(void **unused) {
@@ -409,6 +455,8 @@ static void what_a_prediction_depends_on(void **unused) {
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(states_follow_their_equations),
                                      cmocka_unit_test(a_long_step_is_two),
+                                     cmocka_unit_test(a_longer_block_counts_for_more),
+                                     cmocka_unit_test(missing_rows_add_variance),
                                      cmocka_unit_test(every_state_may_be_a_factor),
                                      cmocka_unit_test(states_resume_after_a_gap),
                                      cmocka_unit_test(gaps_and_limits_hold),

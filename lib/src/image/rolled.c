@@ -71,11 +71,11 @@ static double of_inputs(const rim_basis *b, size_t rate, const double *input) {
 
 void rimi_rolled_lose(const rim_basis *basis, const double *from, const double *to, double lost_s,
                       const double *state, double *variance) {
-  for (size_t q = 0; q < basis->rates; ++q) {
+  for (size_t q = 0; q < basis->rates && basis->states > 0; ++q) {
     const double moved = of_inputs(basis, q, to) - of_inputs(basis, q, from);
     const double error = (double)rimi_le_f32(basis->weight, q) * of_states(basis, q, state) *
                          moved * ROLLED_UNIFORM_SD * lost_s;
-    variance[rimi_le_index(basis->rate, 4 * q, BASIS_MAX_STATES)] += error * error;
+    variance[rimi_le_index(basis->rate, 4 * q, basis->states)] += error * error;
   }
 }
 

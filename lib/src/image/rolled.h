@@ -30,7 +30,7 @@ void rimi_rolled_step(const rim_basis *basis, const double *filter, double share
                       double block_s, double *state, double *part);
 
 /* Rows are missing in which the inputs went from `from` to `to`, [inputs] each, nobody knows when:
- * what that adds to the states' variance[BASIS_MAX_STATES] of what they are not known by. lost_s:
+ * what that adds to the states' variance[states] of what is not known of them. lost_s:
  * the time of these rows. O(rates). */
 void rimi_rolled_lose(const rim_basis *basis, const double *from, const double *to, double lost_s,
                       const double *state, double *variance);

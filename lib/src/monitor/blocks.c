@@ -15,19 +15,19 @@
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define NEXT_BLOCK 0.25  /* of a block, that its start may be off and still follow the last */
 enum { JUMPED_NOW = 1, JUMPED_BEFORE = 2 }; /* in the block, in the one before it */
-#define STEADY 0.05      /* of its range, by which an input moves in a row without a jump */
-#define UNIFORM_SD 0.29  /* of a range: the standard deviation of what is anywhere in it */
-#define MOST_FILLED 0.5  /* of a block: the longest gap over which readings are filled in */
-#define MOST_WIDTHS 1e3  /* of a feature's range: how far a reading out of range may go */
-#define LOST_PART 0.5    /* of a block: how much of the commands a gap may hide unnoticed */
-#define LEARNT_RUNS 1.1  /* of a healthy run: how far the longest of them may go */
+#define STEADY 0.05     /* of its range, by which an input moves in a row without a jump */
+#define UNIFORM_SD 0.29 /* of a range: the standard deviation of what is anywhere in it */
+#define MOST_FILLED 0.5 /* of a block: the longest gap over which readings are filled in */
+#define MOST_WIDTHS 1e3 /* of a feature's range: how far a reading out of range may go */
+#define LOST_PART 0.5   /* of a block: how much of the commands a gap may hide unnoticed */
+#define LEARNT_RUNS 1.1 /* of a healthy run: how far the longest of them may go */
 
 size_t rimi_blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
   const size_t outcomes = (blocks_outcome_arrays(c) + blocks_made_arrays(c)) * c->outcomes;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + outcomes + 2u * (size_t)n->inputs * n->times +
-               3u * (size_t)n->times + n->inputs + n->states + n->rates + n->terms +
+               3u * (size_t)n->times + n->inputs + 2u * (size_t)n->states + n->rates + n->terms +
                (n->terms + 3u) / 4u + n->means + ROUND2(c->features) / 2u + ROUND2(n->inputs) / 2u +
                2u * (size_t)c->integrands);
 }
@@ -110,6 +110,7 @@ static double limited(blocks *b, size_t f, double x) {
 
 static void begin_block(blocks *b) {
   b->rows_in_block = 0;
+  b->adjoins = false;
   b->seconds = 0;
   b->unpaired = 0;
   b->jumped = (uint8_t)(b->jumped << 1u);
@@ -124,6 +125,9 @@ static void begin_block(blocks *b) {
   memset(blocks_unknown_sum(b), 0, 8u * b->config.basis.times);
 }
 
+/* Rows before this one that are missing and count as rows of its block. */
+static uint32_t filled(const blocks *b) { return b->fills ? b->missing : 0u; }
+
 /* A gap of more than half of a block begins another one. In a shorter one the readings and commands
  * are taken to lie on a straight line, so that a block is of so much time, not of so many rows. */
 static void take_gap(blocks *b, double gap_s) {
@@ -134,17 +138,17 @@ static void take_gap(blocks *b, double gap_s) {
     begin_block(b);
     b->bridged = true;
     if (!c->with_gaps && (double)b->missing > LOST_PART * (double)c->block_rows)
-      b->lost_rows += (double)b->missing;
+      b->lost_rows += (float)b->missing;
   } else if (!c->external && (double)b->missing <= MOST_FILLED * (double)c->block_rows) {
-    b->filled = (uint16_t)b->missing;
+    b->fills = true;
   }
-  b->unpaired = (uint16_t)(b->unpaired + 1u + b->filled);
+  b->unpaired = (uint16_t)(b->unpaired + 1u + filled(b));
 }
 
 static void take_time(blocks *b, double t_s) {
   const blocks_config *c = &b->config;
   b->bridged = false;
-  b->filled = 0;
+  b->fills = false;
   if (!b->started) {
     b->started = true;
     b->start_s = t_s;
@@ -158,19 +162,22 @@ static void take_time(blocks *b, double t_s) {
     if (dt > 1.5 * c->period_s)
       take_gap(b, dt);
   }
+  if (b->rows_in_block == 0) {
+    b->block_start_s = t_s - (double)filled(b) * c->period_s;
+    const double late_s = rimi_abs(b->block_start_s - b->previous_s - c->period_s);
+    b->adjoins = b->adjoins && late_s < NEXT_BLOCK * c->period_s * (double)c->block_rows;
+  }
   b->previous_s = t_s;
-  if (b->rows_in_block == 0)
-    b->block_start_s = t_s - (double)b->filled * c->period_s;
 }
 
 /* Sums over a block: of values on a straight line from `before` to `now`, over the rows that are
  * missing between the two; and of each times its row of the block, of which the first is `row`. */
 static double between(const blocks *b, double before, double now) {
-  return 0.5 * (double)b->filled * (before + now);
+  return 0.5 * (double)filled(b) * (before + now);
 }
 
 static double moment_between(const blocks *b, double row, double before, double now) {
-  const double n = (double)b->filled;
+  const double n = (double)filled(b);
   return 0.5 * n * row * (before + now) + n / 6.0 * ((n - 1.0) * before + (2.0 * n - 2.0) * now);
 }
 
@@ -192,19 +199,19 @@ static void take_features(blocks *b, const double *context) {
     double x = limited(b, f, context[f]);
     const double whole = blocks_whole_turn(b, f);
     if (whole > 0.0) {
-      if (b->rows > 0) {
+      if (b->health.rows_used > 0) {
         const double jump = rimi_floor((x - last[f]) / whole + 0.5);
         turn[f] = -(int32_t)rimi_clamp(jump, -MOST_TURNS, MOST_TURNS);
       }
       x += whole * (double)turn[f];
     } else if (rimi_abs(context[f] - x) > BLOCKS_FAR * blocks_trained_width(b, f)) {
-      if (turn[f] == 0 && b->rows > 0 && b->config.role[f] == 0)
+      if (turn[f] == 0 && b->health.rows_used > 0 && b->config.role[f] == 0)
         x = last[f];
-      turn[f] += 1 + (int32_t)b->filled;
+      turn[f] += 1 + (int32_t)filled(b);
     }
     if (b->missing > 0 && jump_of(b, f, last[f], x) > 0.0)
       b->jumped |= JUMPED_NOW;
-    SUM(b)[f] += b->filled > 0 ? between(b, last[f], x) + x : x;
+    SUM(b)[f] += b->fills ? between(b, last[f], x) + x : x;
     last[f] = x;
   }
   if (b->out_feature != BLOCKS_NO_FEATURE)
@@ -307,12 +314,12 @@ static void take_integrands(blocks *b) {
   const double row = (double)b->rows_in_block;
   for (size_t g = 0; g < b->config.integrands; ++g) {
     const double x = integrand(b, g);
-    if (b->filled > 0) {
+    if (b->fills) {
       blocks_early(b)[g] += between(b, 0.0, x);
       blocks_late(b)[g] += moment_between(b, row, 0.0, x);
     }
     blocks_early(b)[g] += x;
-    blocks_late(b)[g] += x * (row + (double)b->filled);
+    blocks_late(b)[g] += x * (row + (double)filled(b));
   }
 }
 
@@ -345,9 +352,11 @@ static double keeps(const blocks *b, size_t t) {
  * old part, and the share of the gap: of a long one all of it, else as far as an input jumped. */
 static void forget(blocks *b, size_t t, double keep, double jump) {
   const double gap = 1.0 - (double)rimi_le_f32(b->config.basis.share, t) - keep;
-  blocks_unknown(b)[t] = (b->bridged ? gap : b->missing > 0 ? rimi_min(jump, 1.0) * gap : 0.0) +
+  blocks_unknown(b)[t] = (b->bridged       ? gap
+                          : b->missing > 0 ? rimi_min(jump, 1.0) * gap
+                                           : 0.0) +
                          keep * blocks_unknown(b)[t];
-  blocks_unknown_sum(b)[t] += (1.0 + (double)b->filled) * blocks_unknown(b)[t];
+  blocks_unknown_sum(b)[t] += (1.0 + (double)filled(b)) * blocks_unknown(b)[t];
 }
 
 /* Time since the start, as far as the healthy runs went. Their length is the longest time constant,
@@ -383,7 +392,7 @@ static void take_input(blocks *b, size_t i, double from, double to, const double
   double *f = blocks_filter(b) + i * n->times, *sum = blocks_filter_sum(b) + i * n->times;
   blocks_integral(b)[i] += (to + half * (from + to)) * b->config.period_s;
   for (size_t t = 0; t < n->times; ++t) {
-    const double before = b->rows == 0 ? mean_before(b, i * n->times + t, to) : f[t];
+    const double before = b->health.rows_used == 0 ? mean_before(b, i * n->times + t, to) : f[t];
     const double line = b->missing > 0 ? lag_of(b, t, keep[t]) * (from - to) : 0.0;
     f[t] = to + line + (before - from) * keep[t];
     sum[t] += between(b, before, f[t]) + f[t];
@@ -405,9 +414,10 @@ static double lose(blocks *b, const double *from, const double *to) {
   if (b->bridged || b->config.with_gaps)
     return jump;
   const double rows = moved * (double)b->missing;
-  b->lost_rows = rimi_sqrt(b->lost_rows * b->lost_rows + rows * rows);
+  const double lost = (double)b->lost_rows;
+  b->lost_rows = (float)rimi_sqrt(lost * lost + rows * rows);
   rimi_rolled_lose(n, from, to, (double)b->missing * b->config.period_s, blocks_state(b),
-                   b->state_variance);
+                   blocks_state_variance(b));
   return jump;
 }
 
@@ -427,9 +437,9 @@ static void take_inputs(blocks *b, const double *before) {
   const double t_s = b->previous_s - b->start_s;
   const bool was_learnt = t_s < learnt_time_s(b, t_s) + 0.5 * b->config.period_s;
   for (size_t t = 0; t < n->times; ++t)
-    blocks_decay(b)[t] = b->rows == 0 ? 1.0
-                         : was_learnt ? blocks_decay(b)[t] * keep[t]
-                                      : blocks_decay(b)[t];
+    blocks_decay(b)[t] = b->health.rows_used == 0 ? 1.0
+                         : was_learnt             ? blocks_decay(b)[t] * keep[t]
+                                                  : blocks_decay(b)[t];
 }
 
 /* An input's integral at the end of the block, or half as much later as the block is longer: the
@@ -514,9 +524,8 @@ static void roll(blocks *b, const double *before) {
     rimi_rolled_begin(&b->config.basis, blocks_filter_sum(b), block_s, blocks_state(b),
                       blocks_part(b));
   } else if (b->count >= FIRST_BLOCKS)
-    rimi_rolled_step(&b->config.basis, blocks_filter_sum(b),
-                     rimi_blocks_share(b), middle_s - b->rolled_s, block_s, blocks_state(b),
-                     blocks_part(b));
+    rimi_rolled_step(&b->config.basis, blocks_filter_sum(b), rimi_blocks_share(b),
+                     middle_s - b->rolled_s, block_s, blocks_state(b), blocks_part(b));
   b->rolled_s = middle_s;
 }
 
@@ -543,21 +552,11 @@ static void wrap_angles(blocks *b) {
   }
 }
 
-/* Whether the block begins where the one before it ended; what the next one needs of it. */
-static void adjoin(blocks *b) {
-  const double block_s = b->config.period_s * (double)b->config.block_rows;
-  b->adjoins = b->count > 0 && rimi_abs(b->block_start_s - b->end_s - b->config.period_s) <
-                                   NEXT_BLOCK * block_s;
-  b->end_s = b->previous_s;
-  b->share = b->count == 0 ? 0.5
-                           : (double)b->rows_in_block / (double)(b->rows_in_block + b->last_rows);
-  b->last_rows = b->rows_in_block;
-}
-
 static void end_block(blocks *b) {
   const double n = (double)b->rows_in_block, pairs = n - (double)b->unpaired;
   double before[BASIS_MAX_STATES] = {0.0};
-  adjoin(b);
+  b->before_rows = b->count == 0 ? b->rows_in_block : b->last_rows;
+  b->last_rows = b->rows_in_block;
   for (size_t s = 0; s < b->config.basis.states; ++s)
     before[s] = reading_of(b, s);
   for (size_t f = 0; f < b->config.features; ++f)
@@ -601,8 +600,10 @@ blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, cons
   count(&b->health.rows);
   if (!row_is_usable(b, t_s, context, outcome, mean, sd))
     return BLOCKS_BAD;
-  if (b->rows_in_block >= b->config.block_rows)
+  if (b->rows_in_block >= b->config.block_rows) {
     begin_block(b);
+    b->adjoins = true; /* unless there is a gap */
+  }
   take_time(b, t_s);
   double before[BASIS_MAX_INPUTS];
   const bool has_gap = b->missing > 0;
@@ -612,11 +613,10 @@ blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, cons
     fill_integrands(b);
   take_features(b, context);
   take_outcomes(b, context, outcome, mean, sd);
-  take_inputs(b, has_gap ? before : NULL);
+  take_inputs(b, has_gap && b->config.basis.inputs > 0 ? before : NULL);
   take_integrands(b);
-  count(&b->rows);
   count(&b->health.rows_used);
-  b->rows_in_block = (uint16_t)(b->rows_in_block + 1u + b->filled);
+  b->rows_in_block = (uint16_t)(b->rows_in_block + 1u + filled(b));
   if (rimi_blocks_rate_is_wrong(b)) {
     count(&b->health.wrong_rate);
     begin_block(b);
@@ -661,11 +661,11 @@ bool rimi_blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
 bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }
 bool rimi_blocks_has_resumed(const blocks *b) { return b->resumed; }
 uint32_t rimi_blocks_out_states(const blocks *b) { return b->out_states; }
-const double *rimi_blocks_state_variance(const blocks *b) { return b->state_variance; }
-double rimi_blocks_share(const blocks *b) { return b->share; }
-bool rimi_blocks_jumped(const blocks *b) {
-  return (b->jumped & (JUMPED_NOW | JUMPED_BEFORE)) != 0;
+const double *rimi_blocks_state_variance(const blocks *b) { return blocks_state_variance(b); }
+double rimi_blocks_share(const blocks *b) {
+  return (double)b->last_rows / ((double)b->last_rows + (double)b->before_rows);
 }
+bool rimi_blocks_jumped(const blocks *b) { return (b->jumped & (JUMPED_NOW | JUMPED_BEFORE)) != 0; }
 bool rimi_blocks_adjoins(const blocks *b) { return b->adjoins; }
 bool rimi_blocks_knows_readings(const blocks *b) {
   return b->unpaired == 0 || 4u * b->seconds >= 3u * (uint32_t)b->config.block_rows;

@@ -14,17 +14,16 @@
 struct blocks {
   blocks_config config;
   blocks_health health;
-  double start_s, previous_s, block_start_s, mean_period_s, out_value, lost_rows;
-  double end_s, share;  /* of the block that ended: its last row; rimi_blocks_share() */
-  double state_variance[BASIS_MAX_STATES]; /* by rows that are missing */
-  double rolled_s;      /* middle of the block to which the states were rolled */
-  double told_period_s; /* recent mean time between rows, however long the gaps */
-  uint32_t count, rows; /* blocks ended; rows used since the start */
+  double start_s, previous_s, block_start_s, mean_period_s, out_value;
+  double rolled_s;        /* middle of the block to which the states were rolled */
+  double told_period_s;   /* recent mean time between rows, however long the gaps */
+  float lost_rows;        /* of which nobody knows what the inputs did, times what they moved */
+  uint32_t count;         /* blocks ended */
   uint16_t rows_in_block; /* with those that are filled in */
   uint16_t seconds;       /* second differences of the block */
   uint16_t unpaired;      /* of its rows, those whose last one is missing, and the missing ones */
-  uint16_t filled;        /* rows before this one that are filled in: a short gap in a block */
-  uint16_t last_rows;     /* of the block before the one that ended */
+  uint16_t last_rows;     /* of the block that ended last */
+  uint16_t before_rows;   /* of the one before it */
   uint16_t out_feature;
   uint32_t missing;    /* rows that a gap before this one left out */
   uint32_t out_states; /* bit s: state s began at, or was rolled by, a reading out of range */
@@ -36,7 +35,8 @@ struct blocks {
   bool bridged;   /* the gap before this row was too long for its block */
   bool knows_all; /* of the block that ended: its terms */
   bool any_out;   /* of the block that ended: a reading is far out of range */
-  bool adjoins;   /* the block that ended, to the one before it */
+  bool fills;     /* the gap before this row is filled in */
+  bool adjoins;   /* the block begins where the one before it ended */
   bool resumed;   /* states went on from readings after a gap */
 };
 
@@ -87,8 +87,12 @@ static inline double *blocks_integral(const blocks *b) {
 static inline double *blocks_state(const blocks *b) {
   return blocks_integral(b) + b->config.basis.inputs;
 }
-static inline double *blocks_part(const blocks *b) {
+/* What missing rows left unknown of each. */
+static inline double *blocks_state_variance(const blocks *b) {
   return blocks_state(b) + b->config.basis.states;
+}
+static inline double *blocks_part(const blocks *b) {
+  return blocks_state_variance(b) + b->config.basis.states;
 }
 /* Sums of the integrands and of row times integrand; at the end of a block early and late. */
 static inline double *blocks_early(const blocks *b) {

@@ -103,7 +103,8 @@ static bool begins_late(const blocks *b) {
  * been anywhere in its range. */
 static double lost_of_integral(const blocks *b, size_t input) {
   const size_t f = rimi_le_index(b->config.basis.input, 2 * input, b->config.features);
-  return 0.29 * blocks_trained_width(b, f) * b->lost_rows * b->config.period_s; /* 1 / sqrt(12) */
+  return 0.29 * blocks_trained_width(b, f) * (double)b->lost_rows *
+         b->config.period_s; /* 1 / sqrt(12) */
 }
 
 /* The part of an exponential mean that is from longer ago than any healthy run went: there, models
@@ -182,7 +183,7 @@ void rimi_blocks_find_unknown(blocks *b) {
   }
   const double beyond = rimi_blocks_beyond_learnt(b);
   bool any = b->late || b->resumed || rimi_blocks_jumped(b) || b->out_states != 0 ||
-             b->lost_rows > 0.0 || beyond > 0.0 || b->any_out;
+             b->lost_rows > 0.0f || beyond > 0.0 || b->any_out;
   for (size_t i = 0; i < n->inputs && !any; ++i)
     any = blocks_out_blocks(b)[2 * i] > 0;
   for (size_t t = 0; t < n->times && !any; ++t)

@@ -62,8 +62,7 @@ static double intervals(double bins) { return bins * (bins + 1.0) / 2.0; }
 
 static double products(const rim_work_counts *n) { /* inputs, and a multiply-add per term */
   const double inputs = n->quadratic_inputs;
-  return inputs * (LOOK + (double)EXPONENTIAL + STANDARDISE) +
-         n->quadratic_terms * (double)PRODUCT;
+  return inputs * (LOOK + (double)EXPONENTIAL + STANDARDISE) + n->quadratic_terms * (double)PRODUCT;
 }
 
 static double prediction(const rim_work_counts *n) {
@@ -84,7 +83,8 @@ static double correction(const rim_work_counts *n) {
 
 /* After a gap: the integrands and inputs of the row before it, and what the states lose by it. */
 static double gap(const rim_work_counts *n) {
-  return (n->integrands + n->inputs) * (double)INTEGRAND + n->rates * (double)RATE + ROOT;
+  const double lost = n->inputs > 0 ? n->inputs * (double)INTEGRAND + n->rates * RATE + ROOT : 0.0;
+  return n->integrands * (double)INTEGRAND + lost;
 }
 
 static double row_work(const rim_work_counts *n) {
@@ -349,8 +349,7 @@ static void count_models(const rim_image *image, rim_work_counts *n) {
   if (section_of(image, RIM_SECTION_QUADRATIC, &section, &bytes)) {
     n->quadratic_inputs = rimi_le_u32(section, 1);
     n->quadratic_terms =
-        rimi_le_u32(section, 2) *
-        RIM_QUADRATIC_TERMS(n->quadratic_inputs, rimi_le_u32(section, 3));
+        rimi_le_u32(section, 2) * RIM_QUADRATIC_TERMS(n->quadratic_inputs, rimi_le_u32(section, 3));
   }
   if (section_of(image, RIM_SECTION_BASIS, &section, &bytes)) {
     n->inputs = rimi_le_u32(section, 1);

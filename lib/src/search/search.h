@@ -161,7 +161,7 @@ bool rimi_search_beside(rim_search *search, uint32_t channel, const search_hypot
 
 /* The best of what came and went: a shift from where `since` begins (SINCE, RAMP or DURING; NULL:
  * from anywhere) to an end, or the region that explains nearly as much. False where there is
- * nothing. What the search itself found to have come and gone is tried as well, for its onset may be
+ * nothing. What the search itself found to have come and gone is tried as well, as its onset may be
  * the better one. Cost: three passes over the ring and three intervals' searches. */
 bool rimi_search_passed(rim_search *search, uint32_t channel, const search_hypothesis *since,
                         search_hypothesis *out);
