@@ -168,12 +168,37 @@ static void a_reading_out_of_range_repeats_as_it_does(void **state) {
   }
 }
 
+/* Where half of the rows are missing the mean time between them wanders about the limit. Once that
+ * is another rate, nothing is examined before it is clearly right again. */
+static void a_rate_is_wrong_until_it_is_clearly_right(void **state) {
+  (void)state;
+  rim_rng rng;
+  rimi_rng_seed(&rng, SEED, 2);
+  bench s;
+  start(&s);
+  uint32_t t = 0, early = 0, late = 0, again = 0;
+  for (; t < 4000; ++t) {
+    if (rimi_rng_uniform(&rng) < 0.5)
+      continue;
+    const bool done = offer(&s, t, 0.0, 0.0) == BLOCKS_DONE;
+    early += done && t < 200;
+    late += done && t >= 200;
+    assert_true(!done || !rimi_blocks_rate_is_wrong(s.b));
+  }
+  print_message("%u and %u blocks\n", early, late);
+  assert_true(late < 4000 / BLOCK / 50);
+  for (; t < 4200; ++t)
+    again += offer(&s, t, 0.0, 0.0) == BLOCKS_DONE;
+  assert_true(again > 15 && !rimi_blocks_rate_is_wrong(s.b));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(lost_rows_change_nothing_on_a_line),
       cmocka_unit_test(a_longer_block_is_of_more_time),
       cmocka_unit_test(a_jump_over_a_gap_is_told_for_two_blocks),
       cmocka_unit_test(a_reading_out_of_range_repeats_as_it_does),
+      cmocka_unit_test(a_rate_is_wrong_until_it_is_clearly_right),
   };
   print_message("seed %d\n", SEED);
   return cmocka_run_group_tests(tests, NULL, NULL);

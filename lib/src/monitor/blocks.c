@@ -9,8 +9,11 @@
 #include "image/rolled.h"
 
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
-#define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
+/* Mean time between rows, in periods: from where the rate is wrong, and from where right again. */
+#define RATE_SLOW 1.5
+#define RATE_SLOW_OVER 1.25
 #define RATE_FAST 0.67
+#define RATE_FAST_OVER 0.8
 #define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define NEXT_BLOCK 0.25  /* of a block, that its start may be off and still follow the last */
@@ -145,6 +148,15 @@ static void take_gap(blocks *b, double gap_s) {
   b->unpaired = (uint16_t)(b->unpaired + 1u + filled(b));
 }
 
+/* Where half of the rows are missing the mean time between the rest is now above its limit and now
+ * below: what is examined in between is no run at this rate. */
+static void judge_rate(blocks *b) {
+  const double periods = b->mean_period_s / b->config.period_s;
+  const double slow = b->is_off_rate ? RATE_SLOW_OVER : RATE_SLOW;
+  const double fast = b->is_off_rate ? RATE_FAST_OVER : RATE_FAST;
+  b->is_off_rate = periods > slow || periods < fast;
+}
+
 static void take_time(blocks *b, double t_s) {
   const blocks_config *c = &b->config;
   b->bridged = false;
@@ -159,6 +171,7 @@ static void take_time(blocks *b, double t_s) {
     b->missing = rows >= 1.0 ? (uint32_t)rows : 0u;
     b->told_period_s += (dt - b->told_period_s) / RATE_ROWS;
     b->mean_period_s += (rimi_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
+    judge_rate(b);
     if (dt > 1.5 * c->period_s)
       take_gap(b, dt);
   }
@@ -586,10 +599,10 @@ static void end_block(blocks *b) {
   }
   take_first(b);
   if (b->config.basis.terms + b->config.basis.means > 0) { /* there are models */
-    rimi_blocks_find_out(b);
+    const bool any_out = rimi_blocks_find_out(b);
     roll(b, before);
     evaluate_terms(b);
-    rimi_blocks_find_unknown(b);
+    rimi_blocks_find_unknown(b, any_out);
   }
   wrap_angles(b);
   ++b->count;
@@ -633,11 +646,7 @@ uint16_t rimi_blocks_out_of_range(const blocks *b, double *value) {
     *value = b->out_value;
   return b->out_feature;
 }
-bool rimi_blocks_rate_is_wrong(const blocks *b) {
-  const double period_s = b->config.period_s;
-  return period_s > 0.0 &&
-         (b->mean_period_s > RATE_SLOW * period_s || b->mean_period_s < RATE_FAST * period_s);
-}
+bool rimi_blocks_rate_is_wrong(const blocks *b) { return b->is_off_rate; }
 double rimi_blocks_period_s(const blocks *b) { return b->told_period_s; }
 const double *rimi_blocks_context(const blocks *b) { return SUM(b); }
 const double *rimi_blocks_outcomes(const blocks *b) { return OUTCOME(b); }

@@ -34,10 +34,10 @@ struct blocks {
   bool told_late; /* by rimi_blocks_begin_late() */
   bool bridged;   /* the gap before this row was too long for its block */
   bool knows_all; /* of the block that ended: its terms */
-  bool any_out;   /* of the block that ended: a reading is far out of range */
-  bool fills;     /* the gap before this row is filled in */
-  bool adjoins;   /* the block begins where the one before it ended */
-  bool resumed;   /* states went on from readings after a gap */
+  bool is_off_rate;
+  bool fills;   /* the gap before this row is filled in */
+  bool adjoins; /* the block begins where the one before it ended */
+  bool resumed; /* states went on from readings after a gap */
 };
 
 /* Arrays: first the history, which one row leaves for the next, and then what a block's end makes
@@ -164,7 +164,7 @@ static inline double blocks_power(double power, double base, uint32_t n) {
 
 /* blocks_unknown.c: the block has ended. What of its terms is not known, and where it matters that
  * the run began late. O(features + inputs + rates), where something is not known O(terms). */
-void rimi_blocks_find_out(blocks *b);
-void rimi_blocks_find_unknown(blocks *b);
+bool rimi_blocks_find_out(blocks *b); /* whether a reading is far out of range */
+void rimi_blocks_find_unknown(blocks *b, bool any_out);
 
 #endif

@@ -27,11 +27,11 @@ static bool input_is_out(const blocks *b, size_t i) {
 
 /* Counts what each input's means are made of. Before the first row an input is taken to have been
  * as in it. */
-static bool find_out_inputs(blocks *b) {
+static bool find_out_inputs(blocks *b, bool any_out) {
   bool any = false;
   for (size_t i = 0; i < b->config.basis.inputs; ++i) {
     uint16_t *out = blocks_out_blocks(b) + 2 * i, *ago = out + 1;
-    if (b->any_out && input_is_out(b, i)) {
+    if (any_out && input_is_out(b, i)) {
       *out = b->count == 0 || *out == UINT16_MAX ? UINT16_MAX : (uint16_t)(*out + 1u);
       *ago = 0;
     } else if (*ago < UINT16_MAX) {
@@ -54,9 +54,9 @@ static double out_part(const blocks *b, size_t filter) {
 }
 
 /* The states that begin at a reading out of range, or that it moves. */
-static void find_out_states(blocks *b, bool any_input) {
+static void find_out_states(blocks *b, bool any_out, bool any_input) {
   const rim_basis *n = &b->config.basis;
-  for (uint32_t s = 0; s < n->states && b->any_out && b->count < FIRST_BLOCKS; ++s) {
+  for (uint32_t s = 0; s < n->states && any_out && b->count < FIRST_BLOCKS; ++s) {
     const uint32_t o = rimi_le_index(n->state, s, b->config.outcomes);
     if (rimi_blocks_is_out(b, rimi_blocks_outcome_feature(b, o)))
       b->out_states |= UINT32_C(1) << s;
@@ -70,11 +70,12 @@ static void find_out_states(blocks *b, bool any_input) {
   }
 }
 
-void rimi_blocks_find_out(blocks *b) {
-  b->any_out = false;
-  for (uint32_t f = 0; f < b->config.features && !b->any_out; ++f)
-    b->any_out = rimi_blocks_is_out(b, (uint16_t)f);
-  find_out_states(b, find_out_inputs(b));
+bool rimi_blocks_find_out(blocks *b) {
+  bool any_out = false;
+  for (uint32_t f = 0; f < b->config.features && !any_out; ++f)
+    any_out = rimi_blocks_is_out(b, (uint16_t)f);
+  find_out_states(b, any_out, find_out_inputs(b, any_out));
+  return any_out;
 }
 
 /* Whether the features of the run's first block are none that healthy runs begin with: one that is
@@ -174,7 +175,7 @@ static double term_unknown(const blocks *b, size_t i, double beyond) {
   return 0.0;
 }
 
-void rimi_blocks_find_unknown(blocks *b) {
+void rimi_blocks_find_unknown(blocks *b, bool any_out) {
   const rim_basis *n = &b->config.basis;
   if (b->count == 0 && (b->told_late || begins_late(b))) {
     b->late = true;
@@ -183,7 +184,7 @@ void rimi_blocks_find_unknown(blocks *b) {
   }
   const double beyond = rimi_blocks_beyond_learnt(b);
   bool any = b->late || b->resumed || rimi_blocks_jumped(b) || b->out_states != 0 ||
-             b->lost_rows > 0.0f || beyond > 0.0 || b->any_out;
+             b->lost_rows > 0.0f || beyond > 0.0 || any_out;
   for (size_t i = 0; i < n->inputs && !any; ++i)
     any = blocks_out_blocks(b)[2 * i] > 0;
   for (size_t t = 0; t < n->times && !any; ++t)
