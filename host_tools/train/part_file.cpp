@@ -83,7 +83,7 @@ std::string narrow_bytes(const BlockRun &run) {
   for (const Matrix *m :
        {&run.context, &run.outcome, &run.predicted, &run.scatter, &run.repeats, &run.means})
     put(&out, m->data(), m->size());
-  for (const Eigen::VectorXd *v : {&run.first, &run.start, &run.time_s})
+  for (const Eigen::VectorXd *v : {&run.first, &run.start, &run.time_s, &run.share})
     put(&out, v->data(), v->size());
   for (const bool follows : run.follows)
     out += follows ? '\1' : '\0';
@@ -108,7 +108,8 @@ BlockRun narrow_run(const std::string &path, const std::string &bytes, const Fli
   run.first.resize(static_cast<Eigen::Index>(plan.layout.outcomes()));
   run.start.resize(static_cast<Eigen::Index>(plan.layout.features()));
   run.time_s.resize(n);
-  for (Eigen::VectorXd *v : {&run.first, &run.start, &run.time_s})
+  run.share.resize(n);
+  for (Eigen::VectorXd *v : {&run.first, &run.start, &run.time_s, &run.share})
     in.values(v->data(), v->size());
   if (!in.at_end())
     throw DataError(path + ": a run's blocks are not of the size that its header says");

@@ -21,6 +21,7 @@ enum { JUMPED_NOW = 1, JUMPED_BEFORE = 2 }; /* in the block, in the one before i
 #define STEADY 0.05     /* of its range, by which an input moves in a row without a jump */
 #define UNIFORM_SD 0.29 /* of a range: the standard deviation of what is anywhere in it */
 #define MOST_FILLED 0.5 /* of a block: the longest gap over which readings are filled in */
+#define LEAST_FILLED 4u /* rows of a block: in a shorter one too much of it would be filled in */
 #define MOST_WIDTHS 1e3 /* of a feature's range: how far a reading out of range may go */
 #define LOST_PART 0.5   /* of a block: how much of the commands a gap may hide unnoticed */
 #define LEARNT_RUNS 1.1 /* of a healthy run: how far the longest of them may go */
@@ -142,10 +143,12 @@ static void take_gap(blocks *b, double gap_s) {
     b->bridged = true;
     if (!c->with_gaps && (double)b->missing > LOST_PART * (double)c->block_rows)
       b->lost_rows += (float)b->missing;
-  } else if (!c->external && (double)b->missing <= MOST_FILLED * (double)c->block_rows) {
+  } else if (!c->external && c->block_rows >= LEAST_FILLED &&
+             (double)b->missing <= MOST_FILLED * (double)c->block_rows) {
     b->fills = true;
   }
-  b->unpaired = (uint16_t)(b->unpaired + 1u + filled(b));
+  if (c->block_rows >= LEAST_FILLED)
+    b->unpaired = (uint16_t)(b->unpaired + 1u + filled(b));
 }
 
 /* Where half of the rows are missing the mean time between the rest is now above its limit and now
@@ -155,6 +158,13 @@ static void judge_rate(blocks *b) {
   const double slow = b->is_off_rate ? RATE_SLOW_OVER : RATE_SLOW;
   const double fast = b->is_off_rate ? RATE_FAST_OVER : RATE_FAST;
   b->is_off_rate = periods > slow || periods < fast;
+}
+
+/* Whether a time is so much longer, or shorter, than so many rows take that a block lies apart. */
+static bool is_late(const blocks *b, double time_s, uint32_t rows) {
+  const double period_s = b->config.period_s;
+  return !(rimi_abs(time_s - (double)rows * period_s) <
+           NEXT_BLOCK * period_s * (double)b->config.block_rows);
 }
 
 static void take_time(blocks *b, double t_s) {
@@ -177,8 +187,7 @@ static void take_time(blocks *b, double t_s) {
   }
   if (b->rows_in_block == 0) {
     b->block_start_s = t_s - (double)filled(b) * c->period_s;
-    const double late_s = rimi_abs(b->block_start_s - b->previous_s - c->period_s);
-    b->adjoins = b->adjoins && late_s < NEXT_BLOCK * c->period_s * (double)c->block_rows;
+    b->adjoins = b->adjoins && !is_late(b, b->block_start_s - b->previous_s, 1);
   }
   b->previous_s = t_s;
 }
@@ -614,8 +623,9 @@ blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, cons
   if (!row_is_usable(b, t_s, context, outcome, mean, sd))
     return BLOCKS_BAD;
   if (b->rows_in_block >= b->config.block_rows) {
+    const bool is_whole = !is_late(b, b->previous_s - b->block_start_s, b->rows_in_block - 1u);
     begin_block(b);
-    b->adjoins = true; /* unless there is a gap */
+    b->adjoins = is_whole; /* unless there is a gap before this row */
   }
   take_time(b, t_s);
   double before[BASIS_MAX_INPUTS];
