@@ -24,8 +24,6 @@ namespace rim::world {
 
 namespace {
 
-constexpr double kNextBlock = 1.25; // blocks later: then one does not adjoin, as in flight
-
 // "s.altitude_m" -> "altitude_m"
 std::string bare_name(const std::string &name) { return name.substr(name.find('.') + 1); }
 
@@ -159,8 +157,7 @@ Log ImagePredictor::predict(const Log &log) const {
     run_effects.push_back(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).fields);
   PredictionRows rows(log, given_names, names, run_effects);
   std::vector<double> context(features.size()), predicted(2 * names.size());
-  std::vector<float> before(names.size()); // predicted for the block that began at before_s
-  double before_s = -1e300;
+  std::vector<float> before(names.size()); // predicted for the block before
   for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < features.size(); ++f)
       context[f] = log.values(static_cast<Eigen::Index>(t), features[f]);
@@ -175,12 +172,11 @@ Log ImagePredictor::predict(const Log &log) const {
       values.push_back(rimi_blocks_context(blocks)[f]);
     std::vector<double> raw = raw_fields(blocks);
     const double disturbance = disturbance_of(blocks, predicted, names.size());
-    const bool adjoins = rimi_blocks_start_s(blocks) - before_s < kNextBlock * step_s();
+    const bool adjoins = rows.rows() > 0 && rimi_blocks_adjoins(blocks);
     const double activity =
         adjoins ? rimi_noise_activity(&noise_, predicted.data(), before.data(), names.size())
                 : NOISE_APART;
     std::copy_n(predicted.begin(), before.size(), before.begin());
-    before_s = rimi_blocks_start_s(blocks);
     for (std::size_t o = 0; o < names.size(); ++o) {
       values.push_back(rimi_blocks_outcomes(blocks)[o]);
       values.push_back(predicted[o]);

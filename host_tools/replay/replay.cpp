@@ -116,6 +116,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   result.path = log.path;
   result.score = -1e300;
   std::uint32_t blocks = 0;
+  Eigen::Index block_end = 0; // the row after the last block's
   Examined examined;
   const std::uint32_t regions = rim_monitor_config(monitor, RIM_CONFIG_REGION_FEATURES);
   UnitCheck units(layout_.outcomes());
@@ -144,7 +145,8 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     digest_ = rim_verdict_digest(digest_, &verdict);
     if (verdict.blocks != blocks) { // alarms are decided where a block ends
       result.score = std::max(result.score, held.add(verdict.score));
-      add_block(rows.context, t + 1, &units);
+      add_block(rows.context, block_end, t + 1, &units);
+      block_end = t + 1;
       const std::uint8_t *place = rimi_monitor_place(monitor);
       if (options.label && place != nullptr)
         examined.blocks.push_back({{place, place + regions}, t + 1});
@@ -166,11 +168,14 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   return result;
 }
 
-// The block that ends before row `end`: its readings, and what the commands let expect of them.
-void Replayer::add_block(const Matrix &context, Eigen::Index end, UnitCheck *units) const {
+// The block that ends before row `end`, the one before it before row `from`: its readings, and what
+// the commands let expect of them. Where rows are missing it has fewer than others.
+void Replayer::add_block(const Matrix &context, Eigen::Index from, Eigen::Index end,
+                         UnitCheck *units) const {
   const double *residuals = rimi_monitor_residuals(monitor_.get());
-  const Eigen::Index n = rim_monitor_config(monitor_.get(), RIM_CONFIG_BLOCK_ROWS);
-  if (layout_.external || residuals == nullptr || n < 1 || end < n)
+  const Eigen::Index n =
+      std::min<Eigen::Index>(rim_monitor_config(monitor_.get(), RIM_CONFIG_BLOCK_ROWS), end - from);
+  if (layout_.external || residuals == nullptr || n < 1)
     return; // predictions of the log's own are in the unit of its readings
   const auto outcomes = static_cast<Eigen::Index>(layout_.outcomes());
   Eigen::VectorXd measured(outcomes);

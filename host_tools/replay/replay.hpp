@@ -90,7 +90,8 @@ private:
     std::uint32_t records = 0; // of the alarm so far
     bool is_later = false;     // the newest explanation begins after the alarm was raised
   };
-  void add_block(const Matrix &context, Eigen::Index end, UnitCheck *units) const;
+  void add_block(const Matrix &context, Eigen::Index from, Eigen::Index end,
+                 UnitCheck *units) const;
   void note_explanation(const ReplayedLog &log, Examined *examined) const;
   std::vector<bool> inside(const std::vector<Block> &blocks) const; // by the newest explanation
   void finish(const Log &log, const Matrix &context, const ReplayOptions &options,

@@ -21,11 +21,12 @@ _Static_assert(FLT_EVAL_METHOD == 0,
                "double arithmetic must round to double after every operation");
 #endif
 
-#define RIM_LN_2 0x1.62e42fefa39efp-1      /* ln 2 */
+#define RIM_LN_2 0x1.62e42fefa39efp-1 /* ln 2 */
 #define RIM_LN_SQRT_2PI 0x1.d67f1c864beb5p-1
 #define RIM_PI 0x1.921fb54442d18p+1        /* pi */
 #define RIM_SQRT_2PI 0x1.40d931ff62706p+1  /* sqrt(2 pi) */
 #define RIM_SQRT_HALF 0x1.6a09e667f3bcdp-1 /* sqrt(1/2) */
+#define RIM_UNIFORM_SD 0.29                /* 1 / sqrt(12), of a range: what is anywhere in it */
 
 /* memcpy of a few bytes, as a load or store: with -ffreestanding a compiler calls memcpy itself,
  * which costs more than the arithmetic around it. */

@@ -5,7 +5,6 @@
 #include "base/real.h"
 
 enum { FACTORS = 3 };
-#define ROLLED_UNIFORM_SD 0.29 /* of what is anywhere between two values, of their distance */
 #define ROLLED_PART (ROLLED_LONGEST / ROLLED_PARTS) /* blocks */
 
 static uint16_t factor(const rim_basis *b, size_t rate, size_t which) {
@@ -74,7 +73,7 @@ void rimi_rolled_lose(const rim_basis *basis, const double *from, const double *
   for (size_t q = 0; q < basis->rates && basis->states > 0; ++q) {
     const double moved = of_inputs(basis, q, to) - of_inputs(basis, q, from);
     const double error = (double)rimi_le_f32(basis->weight, q) * of_states(basis, q, state) *
-                         moved * ROLLED_UNIFORM_SD * lost_s;
+                         moved * RIM_UNIFORM_SD * lost_s;
     variance[rimi_le_index(basis->rate, 4 * q, basis->states)] += error * error;
   }
 }

@@ -17,14 +17,13 @@
 #define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define NEXT_BLOCK 0.25  /* of a block, that its start may be off and still follow the last */
+#define STEADY 0.05      /* of its range, by which an input moves in a row without a jump */
+#define MOST_FILLED 0.5  /* of a block: the longest gap over which readings are filled in */
+#define LEAST_FILLED 4u  /* rows of a block: in a shorter one too much of it would be filled in */
+#define LOST_PART 0.5    /* of a block: how much of the commands a gap may hide unnoticed */
+#define LEARNT_RUNS 1.1  /* of a healthy run: how far the longest of them may go */
+
 enum { JUMPED_NOW = 1, JUMPED_BEFORE = 2 }; /* in the block, in the one before it */
-#define STEADY 0.05     /* of its range, by which an input moves in a row without a jump */
-#define UNIFORM_SD 0.29 /* of a range: the standard deviation of what is anywhere in it */
-#define MOST_FILLED 0.5 /* of a block: the longest gap over which readings are filled in */
-#define LEAST_FILLED 4u /* rows of a block: in a shorter one too much of it would be filled in */
-#define MOST_WIDTHS 1e3 /* of a feature's range: how far a reading out of range may go */
-#define LOST_PART 0.5   /* of a block: how much of the commands a gap may hide unnoticed */
-#define LEARNT_RUNS 1.1 /* of a healthy run: how far the longest of them may go */
 
 size_t rimi_blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
@@ -203,11 +202,16 @@ static double moment_between(const blocks *b, double row, double before, double 
   return 0.5 * n * row * (before + now) + n / 6.0 * ((n - 1.0) * before + (2.0 * n - 2.0) * now);
 }
 
+/* What a feature moved by, as a part of its range; 0 for one that never did. */
+static double moved_by(const blocks *b, size_t f, double from, double to) {
+  const double width = blocks_trained_width(b, f);
+  return width > 0.0 ? rimi_abs(to - from) / width : 0.0;
+}
+
 /* By how much a feature may have been off the straight line over a gap: what it moved by more than
  * it could in so many rows, in standard deviations as those of a feature over its whole range. */
-static double jump_of(const blocks *b, size_t f, double from, double to) {
-  const double moved = rimi_abs(to - from) / blocks_trained_width(b, f);
-  return rimi_max(moved - STEADY * (1.0 + (double)b->missing), 0.0) / UNIFORM_SD;
+static double jump_of(const blocks *b, double moved) {
+  return rimi_max(moved - STEADY * (1.0 + (double)b->missing), 0.0) / RIM_UNIFORM_SD;
 }
 
 /* The row's features, limited and unwrapped; where the angle jumps by more than half a turn it went
@@ -231,7 +235,7 @@ static void take_features(blocks *b, const double *context) {
         x = last[f];
       turn[f] += 1 + (int32_t)filled(b);
     }
-    if (b->missing > 0 && jump_of(b, f, last[f], x) > 0.0)
+    if (b->missing > 0 && jump_of(b, moved_by(b, f, last[f], x)) > 0.0)
       b->jumped |= JUMPED_NOW;
     SUM(b)[f] += b->fills ? between(b, last[f], x) + x : x;
     last[f] = x;
@@ -252,14 +256,17 @@ static void take_reading(blocks *b, size_t o, double reading) {
   *one = reading;
 }
 
-/* How much a reading scatters and repeats is seen in the reading itself, which where it is out of
- * range is another one than what is believed of it: that stays where the range ends. */
+/* How much a reading scatters and repeats is seen in the reading itself. What is believed of one
+ * that is out of range stays where the range ends. So far out that nothing is believed, nothing is
+ * said of either (find_unknown() in step.c). */
 static double raw_reading(const blocks *b, const double *context, size_t f) {
   const double whole = blocks_whole_turn(b, f);
   if (whole > 0.0)
     return LAST(b)[f];
-  const double most = MOST_WIDTHS * blocks_trained_width(b, f);
-  return rimi_clamp(context[f], LAST(b)[f] - most, LAST(b)[f] + most);
+  const double most = (BLOCKS_LIMIT_MARGIN + BLOCKS_FAR) * blocks_trained_width(b, f);
+  const double low = (double)rimi_le_f32(b->config.range, f);
+  const double high = (double)rimi_le_f32(b->config.range, b->config.features + f);
+  return rimi_clamp(context[f], low - most, high + most);
 }
 
 static void take_outcomes(blocks *b, const double *context, const double *outcome,
@@ -425,14 +432,14 @@ static void take_input(blocks *b, size_t i, double from, double to, const double
  * a run never learns it. Returns the farthest that a command jumped, for means, which forget. */
 static double lose(blocks *b, const double *from, const double *to) {
   const rim_basis *n = &b->config.basis;
-  double jump = 0.0, moved = 0.0;
+  double moved = 0.0;
   for (size_t i = 0; i < n->inputs; ++i) {
     const size_t f = rimi_le_index(n->input, 2 * i, b->config.features);
     if (rimi_le_u16(n->input, 2 * i + 1) != BASIS_PLAIN)
       continue;
-    jump = rimi_max(jump, jump_of(b, f, from[i], to[i]));
-    moved = rimi_max(moved, rimi_abs(to[i] - from[i]) / blocks_trained_width(b, f));
+    moved = rimi_max(moved, moved_by(b, f, from[i], to[i]));
   }
+  const double jump = jump_of(b, moved);
   if (b->bridged || b->config.with_gaps)
     return jump;
   const double rows = moved * (double)b->missing;

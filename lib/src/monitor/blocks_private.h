@@ -30,14 +30,14 @@ struct blocks {
   uint8_t jumped;      /* bits: a feature did over a gap */
   uint8_t recent;      /* readings before this one without a gap, at most 2 */
   bool started;
-  bool late;      /* the run began before its first row */
-  bool told_late; /* by rimi_blocks_begin_late() */
-  bool bridged;   /* the gap before this row was too long for its block */
-  bool knows_all; /* of the block that ended: its terms */
-  bool is_off_rate;
-  bool fills;   /* the gap before this row is filled in */
-  bool adjoins; /* the block begins where the one before it ended */
-  bool resumed; /* states went on from readings after a gap */
+  bool late;        /* the run began before its first row */
+  bool told_late;   /* by rimi_blocks_begin_late() */
+  bool bridged;     /* the gap before this row was too long for its block */
+  bool knows_all;   /* of the block that ended: its terms */
+  bool is_off_rate; /* judge_rate() */
+  bool fills;       /* the gap before this row is filled in */
+  bool adjoins;     /* the block begins where the one before it ended */
+  bool resumed;     /* states went on from readings after a gap */
 };
 
 /* Arrays: first the history, which one row leaves for the next, and then what a block's end makes

@@ -104,8 +104,7 @@ static bool begins_late(const blocks *b) {
  * been anywhere in its range. */
 static double lost_of_integral(const blocks *b, size_t input) {
   const size_t f = rimi_le_index(b->config.basis.input, 2 * input, b->config.features);
-  return 0.29 * blocks_trained_width(b, f) * (double)b->lost_rows *
-         b->config.period_s; /* 1 / sqrt(12) */
+  return RIM_UNIFORM_SD * blocks_trained_width(b, f) * (double)b->lost_rows * b->config.period_s;
 }
 
 /* The part of an exponential mean that is from longer ago than any healthy run went: there, models

@@ -213,8 +213,9 @@ static bool find_unknown(rim_monitor *m) {
   doubt_out(m, error); /* of what the others are held against */
   for (uint32_t o = 0; o < outcomes; ++o) {
     any = mark(m, RIM_CHANNEL_AGREEMENT, o, agreement_error(m, o, too_long, error)) || any;
-    any = mark(m, RIM_CHANNEL_SCATTER, o, error[outcomes + o]) || any;
-    (void)mark(m, RIM_CHANNEL_REPEAT, o, 0.0); /* needs no model */
+    const double limited = is_out(m, o) ? MONITOR_NOT_KNOWN : 0.0; /* is no reading of its own */
+    any = mark(m, RIM_CHANNEL_SCATTER, o, error[outcomes + o] + limited) || any;
+    (void)mark(m, RIM_CHANNEL_REPEAT, o, limited); /* needs no model */
   }
   return any;
 }
