@@ -82,7 +82,8 @@ ImagePredictor::ImagePredictor(const std::string &path)
                                  config_.outcomes);
   const std::uint8_t *noise = section(RIM_SECTION_NOISE, &bytes);
   if (status == RIM_OK)
-    status = rimi_noise_open(&noise_, noise, bytes, RIM_MONITOR_KINDS * config_.outcomes,
+    status = rimi_noise_open(&noise_, noise, bytes,
+                             rimi_noise_kinds(noise, bytes, config_.outcomes) * config_.outcomes,
                              config_.basis.means);
   if (status != RIM_OK)
     throw DataError(path + ": its models: " + rim_status_text(status));

@@ -2,6 +2,7 @@
 #include "replay/flight_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -231,7 +232,7 @@ void FlightReport::begin(const Log &log) {
   }
 }
 
-void FlightReport::verdict(const rim_verdict &v, const double *residuals) {
+void FlightReport::verdict(const rim_verdict &v, const double *residuals, std::size_t channels) {
   if (v.blocks == blocks_)
     return;
   blocks_ = v.blocks;
@@ -241,7 +242,7 @@ void FlightReport::verdict(const rim_verdict &v, const double *residuals) {
   flight.channel.push_back(v.channel);
   flight.residual.emplace_back();
   if (residuals != nullptr)
-    flight.residual.back().assign(residuals, residuals + RIM_MONITOR_KINDS * outcomes_);
+    flight.residual.back().assign(residuals, residuals + channels);
 }
 
 void FlightReport::record(const rim_alarm &record) {
@@ -274,14 +275,14 @@ void FlightReport::end(const ReplayedLog &result, const Names &names) {
 // What the commands say of an outcome is drawn above; the alarm may come from another look at it.
 std::string FlightReport::judged_picture(const Flight &flight, const Alarm &alarm,
                                          const Names &names) const {
-  static constexpr const char *kLooks[RIM_MONITOR_KINDS] = {
+  static constexpr std::array<const char *, RIM_MONITOR_KINDS + 1> kLooks = {
       "", "less what the other outcomes say of it", "logarithm of its scatter",
-      "share of repeated readings"};
+      "share of repeated readings", "less what it should be after the block before"};
   if (alarm.block >= flight.channel.size() || outcomes_ == 0)
     return "";
   // The largest score may be another outcome's that disagrees with the one named.
   const std::size_t look = flight.channel[alarm.block] / outcomes_;
-  if (look == 0 || look >= RIM_MONITOR_KINDS || alarm.last.channel[0] >= outcomes_)
+  if (look == 0 || look >= kLooks.size() || alarm.last.channel[0] >= outcomes_)
     return "";
   const std::size_t channel = look * outcomes_ + alarm.last.channel[0];
   std::vector<double> t_s, residual;

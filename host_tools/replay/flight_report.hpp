@@ -21,8 +21,8 @@ public:
   // model: the flight image's path; empty: the logs bring their predictions.
   FlightReport(std::string model, std::string made_by, std::size_t outcomes);
   void begin(const Log &log);
-  // residuals: of the newest block's channels (monitor/inspect.h), or NULL.
-  void verdict(const rim_verdict &verdict, const double *residuals);
+  // residuals: of the newest block in so many channels (monitor/inspect.h), or nullptr.
+  void verdict(const rim_verdict &verdict, const double *residuals, std::size_t channels);
   void record(const rim_alarm &record);
   // result must hold the labels of the rows.
   void end(const ReplayedLog &result, const Names &names);

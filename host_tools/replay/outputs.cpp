@@ -102,7 +102,8 @@ void ReplayOutputs::begin(const Log &log) {
 
 void ReplayOutputs::verdict(const rim_verdict &v) {
   if (report_)
-    report_->verdict(v, rimi_monitor_residuals(replayer_.monitor().get()));
+    report_->verdict(v, rimi_monitor_residuals(replayer_.monitor().get()),
+                     rimi_monitor_channels(replayer_.monitor().get()));
   if (!mcap_path_.empty())
     add_mcap(false, fmt::format("{{\"t_s\":{:.6f},\"ln_anom\":{:.9g},\"threshold\":{:.9g},"
                                 "\"score\":{:.9g},\"level\":{}}}",

@@ -15,6 +15,7 @@
 extern "C" {
 #include "image/basis.h"
 #include "image/noise.h"
+#include "image/quadratic.h"
 #include "monitor/blocks.h"
 }
 
@@ -271,8 +272,8 @@ public:
     if (channel_variance(remains_, from_.runs.size()) < kMustWin * of_channel)
       take(AGREEMENT_LEVEL, part);
   }
-  // Products of the others' readings.
-  void try_quadratic(Across across);
+  // Products of the others' readings, and of its own of the block before.
+  void try_quadratic(Across across, Readings readings);
   // The integral of others.
   void try_integral() {
     const std::uint16_t feature = from_.layout.outcome_feature[static_cast<std::size_t>(j_)];
@@ -374,15 +375,24 @@ void Choice::try_few(Across across) {
   take(AGREEMENT_FEW, of_behaviour);
 }
 
-void Choice::try_quadratic(Across across) {
+void Choice::try_quadratic(Across across, Readings readings) {
+  const auto outcome = static_cast<std::size_t>(j_);
+  const Eigen::Index own = from_.layout.outcome_feature[outcome];
+  const double mean = from_.levels.mean[j_], sd = from_.levels.sd[j_];
   const std::vector<Eigen::Index> columns =
-      quadratic_columns(from_.products, from_.layout, static_cast<std::size_t>(j_));
-  const Fit fit = best_fit(from_.quadratic, columns, j_, kProductRidges, across);
-  const double sd = from_.levels.sd[j_], of_behaviour = leave(from_.quadratic, fit);
+      quadratic_columns(from_.products, from_.layout, outcome, readings);
+  Fit fit = best_fit(from_.quadratic, columns, j_, kProductRidges, across);
+  for (Eigen::VectorXd &w : fit.weight) {
+    const double g = slope_along_own(from_.products, own, sd, w);
+    if (g > kMostOwn)
+      return;
+    show_offset_in_full(from_.products, own, mean, sd, g, &w);
+  }
+  const double of_behaviour = leave(from_.quadratic, fit);
   if (!wins(across, of_behaviour))
     return;
   quadratic = sd * fit.weight[kFolds];
-  quadratic[0] += from_.levels.mean[j_];
+  quadratic[0] += mean;
   take(AGREEMENT_QUADRATIC, of_behaviour);
 }
 
@@ -458,8 +468,10 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
   // Where one other reading says the same, the two are compared with each other.
   if (sources.products.paired > 0 && !is_angle_outcome(sources.layout, j) &&
       only_other(*choice, a.inverse_sd.size()) == a.inverse_sd.size()) {
-    for (const Across across : both)
-      choice->try_quadratic(across);
+    for (const Readings readings : {Readings::others, Readings::own_before}) {
+      for (const Across across : both)
+        choice->try_quadratic(across, readings);
+    }
   }
   if (o > 1 && has_integrands)
     choice->try_integral();
@@ -482,6 +494,57 @@ void free_twins(const Sources &sources, const Agreement &a,
     if (other->source == AGREEMENT_INTO ||
         (other->source == AGREEMENT_INTEGRAL && other->integrates))
       (*choices)[j] = std::move(other);
+  }
+}
+
+// What an outcome does next, from commands and from the readings of the block before.
+struct Step {
+  Eigen::VectorXd weight; // empty: there is no such model
+  std::vector<Eigen::VectorXd> remains;
+};
+
+Step fit_step(const Sources &from, std::size_t outcome) {
+  const auto j = static_cast<Eigen::Index>(outcome);
+  const Eigen::Index own = from.layout.outcome_feature[outcome];
+  const double mean = from.levels.mean[j], sd = from.levels.sd[j];
+  Step step;
+  if (from.products.paired == 0 || is_angle_outcome(from.layout, j))
+    return step;
+  const std::vector<Eigen::Index> columns =
+      quadratic_columns(from.products, from.layout, outcome, Readings::before);
+  Fit fit = best_fit(from.quadratic, columns, j, kProductRidges);
+  for (Eigen::VectorXd &w : fit.weight) {
+    const double g = std::clamp(slope_along_own(from.products, own, sd, w), 0.0, kMostOwn);
+    show_offset_in_full(from.products, own, mean, sd, g, &w);
+  }
+  for (std::size_t r = 0; r < from.runs.all(); ++r) {
+    const std::vector<bool> &follows = from.runs[r].follows;
+    Eigen::VectorXd left =
+        sd * left_over(from.quadratic.rows(r), j, fit.weight[from.runs.fold(r)]);
+    for (Eigen::Index i = 0; i < left.size(); ++i) { // flight does not look at those
+      if (!follows[static_cast<std::size_t>(i)])
+        left[i] = 0.0;
+    }
+    step.remains.push_back(std::move(left));
+  }
+  step.weight = sd * fit.weight[kFolds];
+  step.weight[0] += mean;
+  return step;
+}
+
+// Adds the steps of all outcomes that have one.
+void learn_steps(const Sources &sources, Agreement *a) {
+  std::vector<Step> steps(a->inverse_sd.size());
+  parallel_for(steps.size(), [&](std::size_t j) { steps[j] = fit_step(sources, j); });
+  for (std::size_t r = 0; r < sources.runs.all(); ++r)
+    a->steps.push_back(Matrix::Zero(sources.runs[r].blocks(), a->row.rows()));
+  for (std::size_t j = 0; j < steps.size(); ++j) {
+    a->has_step.push_back(steps[j].weight.size() > 0);
+    if (!a->has_step[j])
+      continue;
+    a->quadratic.models.push_back({RIM_QUADRATIC_STEPS, j, steps[j].weight});
+    for (std::size_t r = 0; r < a->steps.size(); ++r)
+      a->steps[r].col(static_cast<Eigen::Index>(j)) = steps[j].remains[r];
   }
 }
 
@@ -537,7 +600,7 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
       a.row.row(j).segment(AGREEMENT_FIRST, o) = choice.few.transpose();
     }
     if (choice.source == AGREEMENT_QUADRATIC)
-      a.quadratic.models.emplace_back(outcome, choice.quadratic);
+      a.quadratic.models.push_back({RIM_QUADRATIC_AGREES, outcome, choice.quadratic});
     a.row(j, 3) = choice.integral.lag;
     integral.push_back(choice.integral.weight);
     for (std::size_t r = 0; r < choice.series.size(); ++r) {
@@ -546,6 +609,7 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
     }
   }
   keep_used_integrands(&a, integral);
+  learn_steps(sources, &a);
   return a;
 }
 

@@ -2,6 +2,7 @@
 // Nominal models of a block's outcomes, learnt from healthy runs with whole runs left out.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -61,8 +62,14 @@ struct Agreement {
   Matrix row;                            // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
   std::vector<double> error;             // of each outcome, runs left out, over the behaviour's
   std::vector<int> source;               // of each outcome: agreement_source
-  Quadratic quadratic;                   // the models of those whose source it is
+  Quadratic quadratic;                   // the models of those whose source it is, and of steps
   std::vector<Matrix> remains, expected; // of all() runs: blocks x outcomes
+  std::vector<bool> has_step;            // of each outcome
+  std::vector<Matrix> steps;             // what its step leaves, as remains; 0 without
+
+  bool has_steps() const {
+    return std::find(has_step.begin(), has_step.end(), true) != has_step.end();
+  }
 };
 
 // Which outcomes change mostly as the integral of others does (position, attitude, charge).

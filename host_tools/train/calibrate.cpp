@@ -399,6 +399,36 @@ RunScore run_score(const std::vector<float> &maxima, const std::vector<double> &
   return best;
 }
 
+// The ratios of these slots of channel and family alone.
+std::vector<std::vector<float>> slots_of(const std::vector<std::vector<float>> &maxima,
+                                         std::size_t from, std::size_t end) {
+  std::vector<std::vector<float>> some;
+  for (const std::vector<float> &run : maxima)
+    some.emplace_back(run.begin() + static_cast<std::ptrdiff_t>(from),
+                      run.begin() + static_cast<std::ptrdiff_t>(end));
+  return some;
+}
+
+// phi of the channels of steps: such that no healthy run scores more by them than the highest but
+// one does by the other channels. What a step leaves has heavy tails where a model of products is
+// wrong, and would set the alarm of all channels otherwise.
+std::vector<double> phi_of_steps(const std::vector<std::vector<float>> &maxima,
+                                 std::vector<RunScore> of_others) {
+  if (maxima.front().empty())
+    return {};
+  std::vector<double> phi = all_phi(tails_of(maxima), -1);
+  std::sort(of_others.begin(), of_others.end(),
+            [](const RunScore &a, const RunScore &b) { return a.score > b.score; });
+  const double most = std::max(of_others[std::min<std::size_t>(1, of_others.size() - 1)].score, 0.0);
+  for (const std::vector<float> &run : maxima) {
+    for (std::size_t at = 0; at < phi.size(); ++at)
+      phi[at] = std::max(phi[at], static_cast<double>(run[at]) /
+                                      (most + description(at % NOISE_FAMILIES)));
+  }
+  order_families(&phi);
+  return phi;
+}
+
 // Raises phi where a forgiven run still scores more than those like each other do: the channel that
 // deviates in it is judged less strictly, for it would set the alarm of all channels otherwise.
 void forgive_unlike_runs(const std::vector<std::vector<float>> &maxima,
@@ -571,6 +601,9 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
     progress.add();
   });
   const std::size_t slots = maxima.front().size();
+  const std::vector<std::vector<float>> steps = slots_of(
+      maxima, std::min(slots, RIM_MONITOR_KINDS * plan->layout.outcomes() * NOISE_FAMILIES), slots);
+  maxima = slots_of(maxima, 0, slots - steps.front().size());
   const std::vector<Tail> tails = tails_of(maxima);
   std::vector<RunScore> scores(runs.size());
   parallel_for(runs.size(), [&](std::size_t r) {
@@ -578,6 +611,8 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
   });
   std::vector<double> phi = all_phi(tails, -1);
   forgive_unlike_runs(maxima, scores, &phi);
+  for (const double of_step : phi_of_steps(steps, scores))
+    phi.push_back(of_step);
   for (std::size_t at = 0; at < slots; ++at)
     noise->channels[at / NOISE_FAMILIES].phi[at % NOISE_FAMILIES] = phi[at];
   std::vector<float> alone, together;

@@ -615,7 +615,7 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
     }
     if (column / outcomes == RIM_CHANNEL_SCATTER)
       limit_scatter(&series);
-    if (column < 2 * outcomes)
+    if (column < 2 * outcomes || column / outcomes == RIM_CHANNEL_STEP)
       fit_scale(&c, column >= outcomes, &series);
     fit_channel(&c, series);
     if (column < 2 * outcomes && c.active)

@@ -2,6 +2,8 @@
 // Products of readings: inputs, terms, section.
 #include "train/quadratic.hpp"
 
+#include <algorithm>
+
 #include "image/image_writer.hpp"
 
 extern "C" {
@@ -90,22 +92,46 @@ Matrix quadratic_terms(const Quadratic &of, const Layout &layout, const BlockRun
 }
 
 std::vector<Eigen::Index> quadratic_columns(const Quadratic &of, const Layout &layout,
-                                            std::size_t outcome) {
+                                            std::size_t outcome, Readings readings) {
   const Eigen::Index d = of.centre.size();
-  const auto own = static_cast<Eigen::Index>(layout.outcome_feature[outcome]);
+  const auto &outcomes = layout.outcome_feature;
+  const auto own = static_cast<Eigen::Index>(outcomes[outcome]);
+  // The sines of angles follow on the features.
+  const auto is_reading = [&](Eigen::Index f) {
+    return f >= static_cast<Eigen::Index>(layout.features()) ||
+           std::find(outcomes.begin(), outcomes.end(), f) != outcomes.end();
+  };
+  const auto may = [&](Eigen::Index input) {
+    const bool is_before = input >= d;
+    if (readings == Readings::before)
+      return is_before || !is_reading(input);
+    return input % d != own || (is_before && readings == Readings::own_before);
+  };
   std::vector<Eigen::Index> columns = {0};
   Eigen::Index at = 1;
   for (Eigen::Index i = 0; i < 2 * d; ++i, ++at) {
-    if (i % d != own)
+    if (may(i))
       columns.push_back(at);
   }
   for (Eigen::Index i = 0; i < of.paired; ++i) {
     for (Eigen::Index j = i; j < of.paired; ++j, ++at) {
-      if (i % d != own && j % d != own)
+      if (may(i) && may(j))
         columns.push_back(at);
     }
   }
   return columns;
+}
+
+double slope_along_own(const Quadratic &of, Eigen::Index own, double sd,
+                       const Eigen::VectorXd &weight) {
+  return weight[1 + of.centre.size() + own] * of.inverse_scale[own] * sd;
+}
+
+void show_offset_in_full(const Quadratic &of, Eigen::Index own, double mean, double sd, double g,
+                         Eigen::VectorXd *weight) {
+  (*weight)[0] -= g * (of.centre[own] - mean) / sd;
+  (*weight)[1 + own] -= g / (of.inverse_scale[own] * sd);
+  *weight /= 1.0 - g;
 }
 
 std::vector<std::uint8_t> quadratic_section(const Quadratic &of) {
@@ -120,9 +146,9 @@ std::vector<std::uint8_t> quadratic_section(const Quadratic &of) {
     for (const double v : *values)
       bytes.f32(static_cast<float>(v));
   }
-  for (const auto &[outcome, weight] : of.models) {
+  for (const auto &[use, outcome, weight] : of.models) {
     bytes.u16(static_cast<std::uint16_t>(outcome));
-    bytes.u16(0);
+    bytes.u16(static_cast<std::uint16_t>(use));
     for (const double v : weight)
       bytes.f32(static_cast<float>(v));
   }

@@ -31,17 +31,19 @@ constexpr std::size_t kNamedAtMost = 3; // features that a model does without
 // Error over behaviour's, above which the others' residuals say nothing.
 constexpr double kLeastAgreement = 0.95;
 
-// Channels by kind: behaviour, agreement, scatter, repeats; blocks x channels per run.
+// Channels by kind: behaviour, agreement, scatter, repeats, steps if any; blocks x channels per run.
 std::vector<Matrix> all_residuals(const RunStore &runs, const Behaviour &behaviour,
                                   const Agreement &agreement) {
   std::vector<Matrix> all;
   for (std::size_t r = 0; r < runs.all(); ++r) {
     const Eigen::Index o = runs[r].outcome.cols();
-    Matrix m(runs[r].blocks(), 4 * o);
+    Matrix m(runs[r].blocks(), (RIM_MONITOR_KINDS + (agreement.has_steps() ? 1 : 0)) * o);
     m.leftCols(o) = behaviour.residual[r];
     m.middleCols(o, o) = agreement.remains[r];
     m.middleCols(2 * o, o) = behaviour.scatter[r];
-    m.rightCols(o) = runs[r].repeats;
+    m.middleCols(3 * o, o) = runs[r].repeats;
+    if (agreement.has_steps())
+      m.rightCols(o) = agreement.steps[r];
     all.push_back(m);
   }
   return all;
@@ -70,6 +72,14 @@ void settle_agreement(NoiseModel *noise, const Agreement &agreement, std::size_t
     if (outcomes < 2 ||
         (agreement.source[o] == AGREEMENT_RESIDUALS && agreement.error[o] > kLeastAgreement))
       noise->channels[outcomes + o].active = false;
+  }
+}
+
+// An outcome without a model of its step has no such channel.
+void settle_steps(NoiseModel *noise, const Agreement &agreement, std::size_t outcomes) {
+  for (std::size_t o = 0; agreement.has_steps() && o < outcomes; ++o) {
+    if (!agreement.has_step[o])
+      noise->channels[RIM_CHANNEL_STEP * outcomes + o].active = false;
   }
 }
 
@@ -333,6 +343,7 @@ NoiseModel noise_without(const HealthyRuns &healthy, const Learnt &l,
   NoiseModel noise = fit_noise(l.basis, seen, which, block_s(healthy.plan));
   settle_repeats(&noise, outcomes);
   settle_agreement(&noise, l.agreement, outcomes);
+  settle_steps(&noise, l.agreement, outcomes);
   return noise;
 }
 

@@ -44,7 +44,8 @@ static void make_plain(plain *p, uint64_t stream) {
   }
 }
 
-static void make_section(bytes *s, const plain *p, uint32_t paired) {
+/* second: the use of the second model. */
+static void make_section(bytes *s, const plain *p, uint32_t paired, rim_quadratic_use second) {
   const uint32_t header[4] = {RIM_QUADRATIC_LAYOUT, D, MODELS, paired};
   memset(s, 0, sizeof *s);
   for (size_t i = 0; i < 4; ++i)
@@ -54,7 +55,8 @@ static void make_section(bytes *s, const plain *p, uint32_t paired) {
   for (int i = 0; i < D; ++i)
     f32(s, p->scale[i]);
   for (int k = 0; k < MODELS; ++k) {
-    u32(s, outcome_of[k]);
+    u16(s, outcome_of[k]);
+    u16(s, k == 0 ? RIM_QUADRATIC_AGREES : second);
     f32(s, p->constant[k]);
     for (int i = 0; i < 2 * D; ++i)
       f32(s, p->linear[k][i]);
@@ -74,11 +76,14 @@ static void sums_written_out(void **state) {
   (void)state;
   for (uint64_t stream = 0; stream < 20; ++stream) {
     const uint32_t paired = stream % 2 == 0 ? D : 2 * D;
+    const bool steps = stream % 4 >= 2;
+    const rim_quadratic_use use[MODELS] = {RIM_QUADRATIC_AGREES,
+                                           steps ? RIM_QUADRATIC_STEPS : RIM_QUADRATIC_AGREES};
     plain p;
     bytes s;
     rim_quadratic view;
     make_plain(&p, stream);
-    make_section(&s, &p, paired);
+    make_section(&s, &p, paired, use[1]);
     assert_int_equal(opened(&s, &view), RIM_OK);
     assert_true(view.inputs == D && view.models == MODELS && view.paired == paired);
     rim_rng r;
@@ -86,7 +91,10 @@ static void sums_written_out(void **state) {
     double z[2 * D], predicted[OUTCOMES] = {7.0, 7.0, 7.0, 7.0, 7.0};
     for (int i = 0; i < 2 * D; ++i)
       z[i] = rimi_rng_normal(&r);
-    rimi_quadratic_predict(&view, z, predicted);
+    rimi_quadratic_predict(&view, RIM_QUADRATIC_AGREES, z, predicted);
+    assert_true((predicted[outcome_of[1]] == 7.0) == steps);
+    rimi_quadratic_predict(&view, RIM_QUADRATIC_STEPS, z, predicted);
+    assert_true(rimi_quadratic_has_steps(&view) == steps);
     for (int k = 0; k < MODELS; ++k) {
       double sum = p.constant[k];
       for (int i = 0; i < 2 * D; ++i)
@@ -98,8 +106,12 @@ static void sums_written_out(void **state) {
       assert_true(fabs(predicted[outcome_of[k]] - sum) < 1e-12 * (1.0 + fabs(sum)));
     }
     assert_true(predicted[0] == 7.0 && predicted[2] == 7.0 && predicted[3] == 7.0);
-    for (uint32_t o = 0; o < OUTCOMES; ++o)
-      assert_int_equal(rimi_quadratic_has(&view, o), o == outcome_of[0] || o == outcome_of[1]);
+    for (uint32_t o = 0; o < OUTCOMES; ++o) {
+      for (int of = RIM_QUADRATIC_AGREES; of <= RIM_QUADRATIC_STEPS; ++of)
+        assert_int_equal(rimi_quadratic_has(&view, (rim_quadratic_use)of, o),
+                         (o == outcome_of[0] && of == (int)use[0]) ||
+                             (o == outcome_of[1] && of == (int)use[1]));
+    }
   }
 }
 
@@ -111,7 +123,7 @@ static void a_block_and_the_one_before(void **state) {
   bytes s;
   rim_quadratic view;
   make_plain(&p, 99);
-  make_section(&s, &p, D);
+  make_section(&s, &p, D, RIM_QUADRATIC_AGREES);
   assert_int_equal(opened(&s, &view), RIM_OK);
   double x[D], z[2 * D] = {9.0, 9.0, 9.0, 9.0, 9.0, 9.0};
   for (int i = 0; i < D; ++i)
@@ -141,7 +153,7 @@ static void damaged_sections(void **state) {
   bytes good, s;
   rim_quadratic view;
   make_plain(&p, 5);
-  make_section(&good, &p, 2 * D);
+  make_section(&good, &p, 2 * D, RIM_QUADRATIC_AGREES);
   assert_int_equal(opened(&good, &view), RIM_OK);
   assert_int_equal(rimi_quadratic_open(&view, good.byte + 1, good.size, D, OUTCOMES), RIM_E_ALIGN);
   assert_int_equal(rimi_quadratic_open(&view, good.byte, good.size, D + 1, OUTCOMES), RIM_E_RANGE);
@@ -164,7 +176,8 @@ static void damaged_sections(void **state) {
                {4 + 2 * D - 1, 0xbf800000, RIM_E_DATA}, /* of -1 */
                {first, 5, RIM_E_RANGE},                 /* no such outcome */
                {first, 4, RIM_E_RANGE},                 /* that of the second model */
-               {first, 1 | 1 << 16, RIM_E_RANGE},       /* reserved */
+               {first, 1 | 1 << 16, RIM_E_RANGE},       /* a step before an agreement */
+               {first + terms + 1, 4 | 2 << 16, RIM_E_RANGE}, /* no such use */
                {first + 1, 0x7f800000, RIM_E_DATA},
                {first + terms, 0x7f800000, RIM_E_DATA},
                {first + 2 * terms + 1, 0xff800000, RIM_E_DATA}};

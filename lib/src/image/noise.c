@@ -22,6 +22,12 @@ static bool is_channel_valid(const rim_noise *view, uint32_t c) {
   return true;
 }
 
+uint32_t rimi_noise_kinds(const uint8_t *section, size_t bytes, uint32_t outcomes) {
+  const bool has_steps =
+      bytes >= 8u && rimi_le_u32(section, 1) == (RIM_CHANNEL_STEP + 1u) * outcomes;
+  return has_steps ? RIM_CHANNEL_STEP + 1u : RIM_CHANNEL_STEP;
+}
+
 rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
                            uint32_t means) {
   if (bytes < 4u * NOISE_HEADER_WORDS)

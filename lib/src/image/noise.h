@@ -61,6 +61,10 @@ typedef struct rim_noise {
 rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
                            uint32_t means);
 
+/* Kinds of channels per outcome that a section is for: RIM_MONITOR_KINDS, or one more with those of
+ * RIM_CHANNEL_STEP. */
+uint32_t rimi_noise_kinds(const uint8_t *section, size_t bytes, uint32_t outcomes);
+
 /* One channel's numbers, read from the section. */
 typedef struct noise_channel {
   uint32_t fields;

@@ -17,16 +17,19 @@ static const uint8_t *model_at(const rim_quadratic *q, uint32_t k) {
   return word_at(q, RIM_QUADRATIC_HEADER_WORDS + 2u * q->inputs + (size_t)k * model_words(q));
 }
 
+static uint32_t use_of(const rim_quadratic *q, uint32_t k) { return rimi_le_u16(model_at(q, k), 1); }
+
 static rim_status check_models(const rim_quadratic *q, uint32_t outcomes) {
-  uint32_t least = 0; /* outcome of the next model */
+  uint32_t least = 0; /* place of the next model: use * outcomes + outcome */
   for (uint32_t k = 0; k < q->models; ++k) {
     const uint8_t *model = model_at(q, k);
     const uint32_t outcome = rimi_le_u16(model, 0);
-    if (outcome < least || outcome >= outcomes || rimi_le_u16(model, 1) != 0)
+    const uint32_t place = use_of(q, k) * outcomes + outcome;
+    if (place < least || outcome >= outcomes || use_of(q, k) > RIM_QUADRATIC_STEPS)
       return RIM_E_RANGE;
     if (!numbers_are_finite(model + 4, model_words(q) - 1u))
       return RIM_E_DATA;
-    least = outcome + 1u;
+    least = place + 1u;
   }
   return RIM_OK;
 }
@@ -49,7 +52,7 @@ rim_status rimi_quadratic_open(rim_quadratic *view, const uint8_t *section, size
     return RIM_E_VERSION;
   const uint32_t models = rimi_le_u32(section, 2), paired = rimi_le_u32(section, 3);
   if (rimi_le_u32(section, 1) != inputs || inputs > RIM_QUADRATIC_MAX_INPUTS || models == 0 ||
-      models > outcomes || models > UINT16_MAX || (paired != inputs && paired != 2u * inputs))
+      models > 2u * outcomes || models > UINT16_MAX || (paired != inputs && paired != 2u * inputs))
     return RIM_E_RANGE;
   const rim_quadratic q = {.section = section,
                            .inputs = (uint16_t)inputs,
@@ -66,12 +69,16 @@ rim_status rimi_quadratic_open(rim_quadratic *view, const uint8_t *section, size
   return status;
 }
 
-bool rimi_quadratic_has(const rim_quadratic *q, uint32_t outcome) {
+bool rimi_quadratic_has(const rim_quadratic *q, rim_quadratic_use use, uint32_t outcome) {
   for (uint32_t k = 0; k < q->models; ++k) {
-    if (rimi_le_u16(model_at(q, k), 0) == outcome)
+    if (use_of(q, k) == (uint32_t)use && rimi_le_u16(model_at(q, k), 0) == outcome)
       return true;
   }
   return false;
+}
+
+bool rimi_quadratic_has_steps(const rim_quadratic *q) {
+  return q->models > 0 && use_of(q, q->models - 1u) == RIM_QUADRATIC_STEPS;
 }
 
 void rimi_quadratic_take(const rim_quadratic *q, const double *x, bool follows, double *z) {
@@ -85,8 +92,11 @@ void rimi_quadratic_take(const rim_quadratic *q, const double *x, bool follows, 
   }
 }
 
-void rimi_quadratic_predict(const rim_quadratic *q, const double *z, double *predicted) {
+void rimi_quadratic_predict(const rim_quadratic *q, rim_quadratic_use use, const double *z,
+                            double *predicted) {
   for (uint32_t k = 0; k < q->models; ++k) {
+    if (use_of(q, k) != (uint32_t)use)
+      continue;
     const uint8_t *model = model_at(q, k), *weight = model + 4;
     double sum = (double)rimi_le_f32(weight, 0);
     size_t at = 1;

@@ -64,6 +64,11 @@ static rim_kind kind_of(uint16_t channel_kind, const search_hypothesis *h) {
                                     : RIM_KIND_SHIFT;
 }
 
+/* Kinds of channels whose residual is in the outcome's unit. */
+static bool is_of_outcome(uint32_t kind) {
+  return kind <= RIM_CHANNEL_AGREEMENT || kind == RIM_CHANNEL_STEP;
+}
+
 /* Residuals of rows that bring their predictions are in the caller's standard deviations. */
 static double outcome_unit(const rim_monitor *m, uint16_t channel) {
   const uint32_t outcome = channel % m->words[RIM_CONFIG_OUTCOMES];
@@ -78,13 +83,13 @@ static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypo
   /* Healthy runs exceed the ratio that the noise model expects by phi: so does the error. */
   const double inflation = LEARNT * rimi_sqrt(rimi_search_inflation(&n, h));
   double unit = (double)n.s;
-  if (rimi_cause_is_gain(h) && kind <= RIM_CHANNEL_AGREEMENT)
+  if (rimi_cause_is_gain(h) && is_of_outcome(kind))
     unit = 1.0;
   if (h->shape == SEARCH_KEPT)
     unit *= rimi_search_kept_mean(m->search, h);
   if (h->family == SEARCH_RAMP)
     unit *= (double)(rimi_search_blocks(m->search) - h->onset) / 256.0;
-  if (kind <= RIM_CHANNEL_AGREEMENT)
+  if (is_of_outcome(kind))
     unit *= outcome_unit(m, channel);
   *shift = (double)h->shift * unit;
   *sd = (double)h->sd * unit * inflation;
@@ -405,8 +410,8 @@ static bool is_in_unit_of(uint8_t kind, rim_kind other) {
  * record's unit; of scatter and repeats, what these show. */
 static void size_others(const rim_monitor *m, uint16_t kind, rim_alarm *alarm) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const uint32_t first = kind <= RIM_CHANNEL_AGREEMENT ? RIM_CHANNEL_BEHAVIOUR : kind;
-  const uint32_t last = kind <= RIM_CHANNEL_AGREEMENT ? RIM_CHANNEL_AGREEMENT : kind;
+  const uint32_t first = is_of_outcome(kind) ? RIM_CHANNEL_BEHAVIOUR : kind;
+  const uint32_t last = is_of_outcome(kind) ? RIM_CHANNEL_AGREEMENT : kind;
   for (size_t i = 1; i < alarm->channels; ++i) {
     float best = -1e9f;
     for (uint32_t k = first; k <= last; ++k) {
@@ -432,7 +437,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   prefer_agreement(m, &channel, &h, &onset_sd);
   if (rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL)
     begin_alarm(m);
-  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT) {
+  if (is_of_outcome(channel / outcomes)) {
     const double said = said_sign(m, channel % outcomes);
     keep_rate(m, channel, &h, &onset_sd);
     keep_sign(m, channel, &h, &onset_sd);
@@ -462,11 +467,11 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   if (blame != NULL && alarm->channel[0] == channel % outcomes &&
       rimi_cause_support(m, blame->channel[0], blame->shift[0], h.onset) > -LIKELY)
     keep_blame(blame, alarm);
-  name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, rimi_cause_score,
-              m);
+  name_others(alarm, (uint16_t)(RIM_MONITOR_KINDS * outcomes), outcomes,
+              m->models.threshold.alarm_score, rimi_cause_score, m);
   keep_since(m, &h, first, alarm);
   size_others(m, (uint16_t)(channel / outcomes), alarm);
-  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT && !rimi_cause_is_gain(&h))
+  if (is_of_outcome(channel / outcomes) && !rimi_cause_is_gain(&h))
     say_sign_of_another(m, &h, alarm);
 }
 

@@ -20,10 +20,11 @@ const uint8_t *rimi_monitor_place(const rim_monitor *monitor);
 bool rimi_monitor_inside(const rim_monitor *monitor, const uint8_t *place, uint32_t block);
 
 /* What the newest block left unexplained, in every channel (verdict->channel counts them), in the
- * outcome's unit: RIM_MONITOR_KINDS * outcomes values; of a channel that the block could not tell
- * it says nothing. NULL: no block yet, or an image without section NOISE. Valid until the next
+ * outcome's unit: rimi_monitor_channels() values; of a channel that the block could not tell it
+ * says nothing. NULL: no block yet, or an image without section NOISE. Valid until the next
  * step. */
 const double *rimi_monitor_residuals(const rim_monitor *monitor);
+uint32_t rimi_monitor_channels(const rim_monitor *monitor);
 
 /* NULL for NULL. The search is also NULL where the image has section NOISE. */
 const rim_select *rimi_monitor_search(const rim_monitor *monitor);

@@ -17,7 +17,7 @@
    RIM_MONITOR_SIZE(d, o, r, ring, bins, grid, pairs) <=                                           \
        RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(d, o, 0, 0) + 8u * (o) + 8u * (r) + 512u + \
            RIM_SELECT_SIZE(r, o, ring, bins, grid, pairs))
-_Static_assert(RIM_MONITOR_KINDS *RIM_MONITOR_MAX_OUTCOMES <= SEARCH_MAX_CHANNELS &&
+_Static_assert((RIM_MONITOR_KINDS + 1u) * RIM_MONITOR_MAX_OUTCOMES <= SEARCH_MAX_CHANNELS &&
                    RIM_MONITOR_MAX_OUTCOMES <= RIM_SELECT_MAX_CHANNELS,
                "either search has a channel for each kind of each outcome");
 _Static_assert(SIZE_IS_ENOUGH(1, 1, 1, 17, 5, 9, 1), "smallest");
@@ -143,10 +143,16 @@ static rim_status open_quadratic(monitor_plan *p) {
       rimi_quadratic_open(&p->models.quadratic, data, bytes, inputs, outcomes);
   for (uint32_t o = 0; status == RIM_OK && o < outcomes; ++o) {
     if (rimi_agreement_source(&p->models.agreement, o) == AGREEMENT_QUADRATIC &&
-        !rimi_quadratic_has(&p->models.quadratic, o))
+        !rimi_quadratic_has(&p->models.quadratic, RIM_QUADRATIC_AGREES, o))
       return RIM_E_CONFIG;
   }
   return status;
+}
+
+/* Channels of steps need models of steps. */
+static rim_status check_steps(const monitor_plan *p) {
+  const bool has_channels = p->channel_count > RIM_MONITOR_KINDS * p->words[RIM_CONFIG_OUTCOMES];
+  return has_channels == rimi_quadratic_has_steps(&p->models.quadratic) ? RIM_OK : RIM_E_CONFIG;
 }
 
 static rim_status open_level(monitor_plan *p) {
@@ -172,7 +178,9 @@ static rim_status open_trained(monitor_plan *p) {
   const uint8_t *noise, *basis, *agreement, *behaviour;
   size_t noise_bytes, basis_bytes, agreement_bytes, behaviour_bytes = 0;
   p->is_trained = find(p, RIM_SECTION_NOISE, &noise, &noise_bytes);
-  p->channel_count = (uint16_t)(p->is_trained ? RIM_MONITOR_KINDS * outcomes : outcomes);
+  p->channel_count =
+      (uint16_t)(p->is_trained ? rimi_noise_kinds(noise, noise_bytes, outcomes) * outcomes
+                               : outcomes);
   if (!p->is_trained)
     return external ? RIM_OK : RIM_E_CONFIG;
   if (!find(p, RIM_SECTION_BASIS, &basis, &basis_bytes) ||
@@ -265,6 +273,8 @@ static rim_status make_plan(monitor_plan *p, const void *image, size_t image_byt
     status = open_level(p); /* which needs the tables */
   if (status == RIM_OK && p->is_trained)
     status = open_quadratic(p);
+  if (status == RIM_OK && p->is_trained)
+    status = check_steps(p);
   if (status == RIM_OK)
     status = open_scales(p);
   if (status == RIM_OK)
@@ -301,7 +311,8 @@ static rim_status make_layout(const monitor_plan *p, layout *l) {
   l->rows = RIM_MONITOR_HEADER_BYTES;
   l->rows_bytes = rimi_blocks_size(&p->rows);
   l->numbers = l->rows + l->rows_bytes;
-  l->place = l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes +
+  l->place = l->numbers + 8u * (p->is_trained ? (4u + AGREEMENT_STATE) * outcomes +
+                                                    p->channel_count +
                                                     2u * p->models.quadratic.inputs
                                               : features + outcomes);
   l->search = RIM_MONITOR_ROUND8(l->place + (p->is_trained ? features + p->channel_count : 0u));
@@ -351,9 +362,9 @@ static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   double *numbers = (double *)(void *)(base + l->numbers);
   m->unit = numbers;
   m->predicted = numbers;
-  m->residual = numbers + 2u * outcomes;
-  m->level = numbers + 6u * outcomes;
-  m->agreement_state = numbers + 8u * outcomes;
+  m->level = numbers + 2u * outcomes;
+  m->agreement_state = numbers + 4u * outcomes;
+  m->residual = m->agreement_state + AGREEMENT_STATE * outcomes + 2u * p->models.quadratic.inputs;
   m->place = base + l->place;
   m->unknown = (bool *)(base + l->place + p->search.features);
   m->rows = (blocks *)(void *)(base + l->rows);

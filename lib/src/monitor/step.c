@@ -75,7 +75,8 @@ static bool agree(rim_monitor *m, bool is_next) {
   if (has_inputs && m->models.quadratic.section != NULL) {
     quadratic = m->level + outcomes; /* in place of the deviations, which nobody reads */
     rimi_quadratic_take(&m->models.quadratic, input, is_next, monitor_quadratic_state(m));
-    rimi_quadratic_predict(&m->models.quadratic, monitor_quadratic_state(m), m->level + outcomes);
+    rimi_quadratic_predict(&m->models.quadratic, RIM_QUADRATIC_AGREES, monitor_quadratic_state(m),
+                           m->level + outcomes);
   }
   const agreement_block block = {.residual = m->residual,
                                  .mean = rimi_blocks_means(m->rows),
@@ -89,6 +90,24 @@ static bool agree(rim_monitor *m, bool is_next) {
   rimi_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
                           m->residual + RIM_CHANNEL_AGREEMENT * outcomes, m->predicted + outcomes);
   return extrapolation > RIM_NOMINAL_BELIEVED;
+}
+
+static bool has_steps(const rim_monitor *m) {
+  return rimi_quadratic_has_steps(&m->models.quadratic);
+}
+
+/* Residuals of the kind STEP. An outcome without a model of its step has no such channel. */
+static void step(rim_monitor *m) {
+  const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const double *measured = rimi_blocks_outcomes(m->rows);
+  double *residual = m->residual + RIM_CHANNEL_STEP * outcomes;
+  if (!has_steps(m))
+    return;
+  memcpy(residual, measured, 8u * outcomes);
+  rimi_quadratic_predict(&m->models.quadratic, RIM_QUADRATIC_STEPS, monitor_quadratic_state(m),
+                         residual);
+  for (size_t o = 0; o < outcomes; ++o)
+    residual[o] = measured[o] - residual[o];
 }
 
 /* Nothing is known of outcomes that depend on these states: bit s for state s. */
@@ -164,6 +183,13 @@ static bool relies_on_out(const rim_monitor *m, uint32_t o) {
   return false;
 }
 
+static bool any_is_out(const rim_monitor *m) {
+  bool any = false;
+  for (uint32_t f = 0; f < m->words[RIM_CONFIG_FEATURES]; ++f)
+    any = any || rimi_blocks_is_out(m->rows, (uint16_t)f);
+  return any;
+}
+
 /* How uncertain the behaviour residual of another outcome is, where it is out of range. */
 static void doubt_out(const rim_monitor *m, double *error) {
   for (uint32_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o) {
@@ -216,6 +242,8 @@ static bool find_unknown(rim_monitor *m) {
     const double limited = is_out(m, o) ? MONITOR_NOT_KNOWN : 0.0; /* is no reading of its own */
     any = mark(m, RIM_CHANNEL_SCATTER, o, error[outcomes + o] + limited) || any;
     (void)mark(m, RIM_CHANNEL_REPEAT, o, limited); /* needs no model */
+    if (has_steps(m)) /* from all readings, of which one may be out of range */
+      (void)mark(m, RIM_CHANNEL_STEP, o, any_is_out(m) ? MONITOR_NOT_KNOWN : 0.0);
   }
   return any;
 }
@@ -253,6 +281,18 @@ static bool hide_readings(rim_monitor *m, bool has_others) {
   return true;
 }
 
+/* Nor does a block say anything of a step that does not follow on another. */
+static bool hide_steps(rim_monitor *m, bool is_next, bool has_others) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  if (is_next || !has_steps(m))
+    return false;
+  if (!has_others)
+    memset(m->unknown, 0, m->channel_count * sizeof *m->unknown);
+  for (uint32_t o = 0; o < outcomes; ++o)
+    m->unknown[RIM_CHANNEL_STEP * outcomes + o] = true;
+  return true;
+}
+
 /* The region features as bytes of their trained range. */
 static void find_place(rim_monitor *m) {
   const double *context = rimi_blocks_context(m->rows);
@@ -271,6 +311,7 @@ static bool observe_trained(rim_monitor *m) {
   predict(m);
   const bool is_next = m->has_place && rimi_blocks_adjoins(m->rows);
   const bool is_beyond = agree(m, is_next);
+  step(m);
   find_place(m);
   const double disturbance = /* m->level: agree() is done with it */
       rimi_agreement_disturbance(&m->models.agreement, m->residual, m->level);
@@ -278,12 +319,14 @@ static bool observe_trained(rim_monitor *m) {
   if (is_beyond)
     hide_levels(m, partly);
   const bool is_thin = hide_readings(m, partly || is_beyond);
+  const bool is_alone = hide_steps(m, is_next, partly || is_beyond || is_thin);
   const search_block block = {.t_s = rimi_blocks_since_start_s(m->rows),
                               .feature = m->place,
                               .mean = rimi_blocks_means(m->rows),
                               .predicted = m->predicted,
                               .residual = m->residual,
-                              .unknown = partly || is_beyond || is_thin ? m->unknown : NULL,
+                              .unknown = partly || is_beyond || is_thin || is_alone ? m->unknown
+                                                                                  : NULL,
                               .disturbance = disturbance,
                               .apart = !is_next};
   if (m->has_explained && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL)
@@ -325,10 +368,15 @@ static bool observe_rows(rim_monitor *m) {
 
 /* ---- judgement ---- */
 
+/* A step follows from all readings of the block before, so that one wrong sensor disturbs the steps
+ * of several outcomes: they lead only where nothing else reaches an alarm. */
 static void judge_trained(rim_monitor *m, rim_verdict *v) {
+  const uint16_t others = (uint16_t)(RIM_MONITOR_KINDS * m->words[RIM_CONFIG_OUTCOMES]);
   const search_hypothesis *best = NULL;
   for (uint16_t c = 0; c < m->channel_count; ++c) {
     const search_hypothesis *h = rimi_search_best(m->search, c);
+    if (c == others && (double)best->score >= m->models.threshold.alarm_score)
+      break;
     if (best == NULL || h->score > best->score) {
       best = h;
       v->channel = c;
@@ -649,6 +697,8 @@ const uint8_t *rimi_monitor_place(const rim_monitor *m) {
 const double *rimi_monitor_residuals(const rim_monitor *m) {
   return m != NULL && m->has_place ? m->residual : NULL;
 }
+
+uint32_t rimi_monitor_channels(const rim_monitor *m) { return m != NULL ? m->channel_count : 0u; }
 
 bool rimi_monitor_inside(const rim_monitor *m, const uint8_t *place, uint32_t block) {
   return m != NULL && place != NULL && m->has_explained && m->is_trained &&

@@ -358,8 +358,10 @@ static void count_models(const rim_image *image, rim_work_counts *n) {
     n->means = rimi_le_u32(section, 4);
     n->rates = rimi_le_u32(section, 7);
   }
-  if (section_of(image, RIM_SECTION_NOISE, &section, &bytes))
+  if (section_of(image, RIM_SECTION_NOISE, &section, &bytes)) {
     n->fields = rimi_le_u32(section, 3);
+    n->channels = rimi_le_u32(section, 1);
+  }
   n->integrands = integrands_of(image, n);
 }
 
@@ -407,7 +409,7 @@ rim_status rimi_work_counts_of(const void *image, size_t image_bytes, rim_work_c
   if (n.budget == 0)
     n.budget = 1;
   n.trained = section_of(&view, RIM_SECTION_NOISE, &other, &bytes);
-  n.channels = n.outcomes * (n.trained ? RIM_MONITOR_KINDS : 1u);
+  n.channels = n.outcomes;
   n.corrected = section_of(&view, RIM_SECTION_CORRECT, &other, &bytes);
   n.watched = section_of(&view, RIM_SECTION_INTERFERENCE, &other, &bytes);
   if (n.trained)

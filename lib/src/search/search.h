@@ -27,7 +27,7 @@
 #include "rim/status.h"
 
 #define SEARCH_MAX_FEATURES 64u
-#define SEARCH_MAX_CHANNELS 512u
+#define SEARCH_MAX_CHANNELS 640u
 #define SEARCH_MAX_RING 1024u
 #define SEARCH_BINS 24u /* of a feature, by SEARCH_CUTS cuts */
 #define SEARCH_CUTS 23u
