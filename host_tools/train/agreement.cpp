@@ -519,8 +519,7 @@ Step fit_step(const Sources &from, std::size_t outcome) {
   }
   for (std::size_t r = 0; r < from.runs.all(); ++r) {
     const std::vector<bool> &follows = from.runs[r].follows;
-    Eigen::VectorXd left =
-        sd * left_over(from.quadratic.rows(r), j, fit.weight[from.runs.fold(r)]);
+    Eigen::VectorXd left = sd * left_over(from.quadratic.rows(r), j, fit.weight[from.runs.fold(r)]);
     for (Eigen::Index i = 0; i < left.size(); ++i) { // flight does not look at those
       if (!follows[static_cast<std::size_t>(i)])
         left[i] = 0.0;

@@ -419,11 +419,12 @@ std::vector<double> phi_of_steps(const std::vector<std::vector<float>> &maxima,
   std::vector<double> phi = all_phi(tails_of(maxima), -1);
   std::sort(of_others.begin(), of_others.end(),
             [](const RunScore &a, const RunScore &b) { return a.score > b.score; });
-  const double most = std::max(of_others[std::min<std::size_t>(1, of_others.size() - 1)].score, 0.0);
+  const double most =
+      std::max(of_others[std::min<std::size_t>(1, of_others.size() - 1)].score, 0.0);
   for (const std::vector<float> &run : maxima) {
     for (std::size_t at = 0; at < phi.size(); ++at)
-      phi[at] = std::max(phi[at], static_cast<double>(run[at]) /
-                                      (most + description(at % NOISE_FAMILIES)));
+      phi[at] = std::max(phi[at],
+                         static_cast<double>(run[at]) / (most + description(at % NOISE_FAMILIES)));
   }
   order_families(&phi);
   return phi;

@@ -38,13 +38,13 @@ std::vector<Eigen::Index> quadratic_columns(const Quadratic &of, const Layout &l
                                             std::size_t outcome, Readings readings);
 // A relation that follows its own reading of the block before takes an offset of that reading for
 // what is to be expected, but for the share 1 - g, g its slope along that reading. So that what is
-// left shows an offset in full, it is divided by 1 - g. weight: of (reading - mean) / sd; it becomes
+// left shows an offset in full, it is divided by 1 - g. weight: of (reading - mean) / sd, becomes
 // (weight - g now) / (1 - g), with `now` the terms that give the block's own reading.
 double slope_along_own(const Quadratic &of, Eigen::Index own, double sd,
                        const Eigen::VectorXd &weight);
 void show_offset_in_full(const Quadratic &of, Eigen::Index own, double mean, double sd, double g,
                          Eigen::VectorXd *weight);
-constexpr double kMostOwn = 0.95; // g at most
+constexpr double kMostOwn = 0.95;                                 // g at most
 std::vector<std::uint8_t> quadratic_section(const Quadratic &of); // empty without models
 
 } // namespace rim

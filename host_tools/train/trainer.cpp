@@ -31,7 +31,8 @@ constexpr std::size_t kNamedAtMost = 3; // features that a model does without
 // Error over behaviour's, above which the others' residuals say nothing.
 constexpr double kLeastAgreement = 0.95;
 
-// Channels by kind: behaviour, agreement, scatter, repeats, steps if any; blocks x channels per run.
+// Channels by kind: behaviour, agreement, scatter, repeats, and steps where there are any; blocks x
+// channels per run.
 std::vector<Matrix> all_residuals(const RunStore &runs, const Behaviour &behaviour,
                                   const Agreement &agreement) {
   std::vector<Matrix> all;
@@ -307,9 +308,9 @@ Learnt learn(const HealthyRuns &healthy, const RunStore &runs, bool products) {
   if (wants_level(layout, runs))
     l.level = fit_level(layout, runs);
   give_back_memory();
-  l.agreement = fit_agreement(layout, l.basis, healthy.integrands, runs, l.behaviour.residual,
-                              l.behaviour.predicted, l.level.predicted,
-                              products && wants_products(layout));
+  l.agreement =
+      fit_agreement(layout, l.basis, healthy.integrands, runs, l.behaviour.residual,
+                    l.behaviour.predicted, l.level.predicted, products && wants_products(layout));
   const std::vector<int> &source = l.agreement.source;
   if (std::count(source.begin(), source.end(), AGREEMENT_LEVEL) == 0)
     l.level.section.clear();

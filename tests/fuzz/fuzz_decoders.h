@@ -211,7 +211,8 @@ static inline void fuzz_sections(const uint8_t *data, size_t bytes) {
   const uint32_t inputs = bytes >= 8 ? rimi_le_u32(data, 1) : 0;
   if (rimi_quadratic_open(&products, data, bytes, inputs, RIM_NOMINAL_MAX_OUTPUTS) == RIM_OK) {
     rimi_quadratic_take(&products, x, true, z);
-    rimi_quadratic_predict(&products, z, mean);
+    rimi_quadratic_predict(&products, RIM_QUADRATIC_AGREES, z, mean);
+    rimi_quadratic_predict(&products, RIM_QUADRATIC_STEPS, z, mean);
   }
   if (rimi_threshold_open(&threshold, data, bytes) == RIM_OK)
     (void)rimi_threshold_p_value(&threshold, 1.0);

@@ -79,10 +79,10 @@ void lost_thrust_is_found(void **) {
     options.record = [&records](const rim_alarm &a) { records.push_back(a); };
     (void)replayer.replay(cruise(kSeed + 200 + i, kLost), options);
     found += records.empty() ? 0 : 1;
-    named += !records.empty() && records.back().channel[0] == kSpeed &&
-                     records.back().shift[0] < 0.0
-                 ? 1
-                 : 0;
+    named +=
+        !records.empty() && records.back().channel[0] == kSpeed && records.back().shift[0] < 0.0
+            ? 1
+            : 0;
   }
   print_message("found %zu, named %zu of %zu, false %zu\n", found, named, flights, false_alarms);
   assert_true(found >= flights - 1 && named == found && false_alarms <= 1);
@@ -115,8 +115,7 @@ void an_offset_is_shown_in_full(void **) {
   run[1].context.col(own).array() += offset;
   Eigen::VectorXd weight =
       Eigen::VectorXd::Zero(static_cast<Eigen::Index>(RIM_QUADRATIC_TERMS(d, d)));
-  for (const Eigen::Index c :
-       rim::quadratic_columns(of, layout, kSpeed, rim::Readings::before)) {
+  for (const Eigen::Index c : rim::quadratic_columns(of, layout, kSpeed, rim::Readings::before)) {
     if (c < 1 + 2 * d)
       weight[c] = rimi_rng_normal(&rng);
   }
@@ -150,8 +149,7 @@ void a_step_does_not_know_its_own_block(void **) {
     other.context(1, f) += 0.5;
     const rim::Matrix changed = rim::quadratic_terms(of, layout, other);
     bool same = true;
-    for (const Eigen::Index c :
-         rim::quadratic_columns(of, layout, kSpeed, rim::Readings::before))
+    for (const Eigen::Index c : rim::quadratic_columns(of, layout, kSpeed, rim::Readings::before))
       same = same && changed(1, c) == terms(1, c);
     assert_int_equal(same, f != 0); // feature 0 is the command
   }

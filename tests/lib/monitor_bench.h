@@ -20,6 +20,7 @@
 #include "base/real.h"
 #include "base/rng.h"
 #include "image/nominal.h"
+#include "image/quadratic.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/monitor.h"
@@ -228,6 +229,21 @@ static void put_noise(bytes *b) {
     is_active[c] = true;
   }
   put_noise_of(b, sd, is_active);
+}
+
+/* A model of one outcome: an eighth, and half of the product of its block's first input with that
+ * of the block before. */
+static inline void put_quadratic(bytes *s, uint32_t inputs, uint32_t outcome,
+                                 rim_quadratic_use use) {
+  const uint32_t header[4] = {RIM_QUADRATIC_LAYOUT, inputs, 1, 2 * inputs};
+  for (size_t i = 0; i < 4; ++i)
+    u32(s, header[i]);
+  for (uint32_t i = 0; i < 2 * inputs; ++i)
+    f32(s, i < inputs ? 0.0 : 1.0);
+  u16(s, outcome);
+  u16(s, use);
+  for (uint32_t i = 0; i < RIM_QUADRATIC_TERMS(inputs, 2 * inputs); ++i)
+    f32(s, i == 0 ? 0.125 : i == 1 + 2 * inputs + inputs ? 0.5 : 0.0);
 }
 
 static inline unsigned sensor(size_t o) {

@@ -171,12 +171,12 @@ static void damaged_sections(void **state) {
                {2, 1, RIM_E_SIZE},
                {3, D, RIM_E_SIZE},
                {3, D + 1, RIM_E_RANGE},
-               {4, 0x7fc00000, RIM_E_DATA},             /* a centre */
-               {4 + D, 0, RIM_E_DATA},                  /* a scale of 0 */
-               {4 + 2 * D - 1, 0xbf800000, RIM_E_DATA}, /* of -1 */
-               {first, 5, RIM_E_RANGE},                 /* no such outcome */
-               {first, 4, RIM_E_RANGE},                 /* that of the second model */
-               {first, 1 | 1 << 16, RIM_E_RANGE},       /* a step before an agreement */
+               {4, 0x7fc00000, RIM_E_DATA},                   /* a centre */
+               {4 + D, 0, RIM_E_DATA},                        /* a scale of 0 */
+               {4 + 2 * D - 1, 0xbf800000, RIM_E_DATA},       /* of -1 */
+               {first, 5, RIM_E_RANGE},                       /* no such outcome */
+               {first, 4, RIM_E_RANGE},                       /* that of the second model */
+               {first, 1 | 1 << 16, RIM_E_RANGE},             /* a step before an agreement */
                {first + terms + 1, 4 | 2 << 16, RIM_E_RANGE}, /* no such use */
                {first + 1, 0x7f800000, RIM_E_DATA},
                {first + terms, 0x7f800000, RIM_E_DATA},

@@ -15,6 +15,7 @@ sys.path.insert(0, HERE)
 
 import blind
 import fleet
+import foundry
 import grade
 import harbour
 import kin
@@ -28,7 +29,7 @@ import yard
 SEED = 4711
 
 
-KINDS = [(M, v) for M in (V, blind, fleet, harbour, kin, quay, town, yard) for v in M.VEHICLES]
+KINDS = [(M, v) for M in (V, blind, fleet, foundry, harbour, kin, quay, town, yard) for v in M.VEHICLES]
 
 
 def some(M, vehicle):

@@ -111,7 +111,7 @@ typedef enum rim_section {
   RIM_SECTION_AGREEMENT = 19, /* basis.h: an outcome's residual from the others' residuals */
   RIM_SECTION_NOISE = 20,     /* noise.h: healthy residuals: run effects, autocorrelation, scale */
   RIM_SECTION_CUTS = 21,      /* u8[region features][23]: where a feature is cut into bins */
-  RIM_SECTION_QUADRATIC = 22  /* quadratic.h: outcomes from products of other readings; optional */
+  RIM_SECTION_QUADRATIC = 22  /* quadratic.h: outcomes from products of readings; optional */
 } rim_section;
 
 /* What a residual channel looks at. A channel's index is kind * outcomes + outcome. */

@@ -20,7 +20,7 @@ extern "C" {
 
 #define RIM_MONITOR_MAX_FEATURES 128
 #define RIM_MONITOR_MAX_OUTCOMES 128
-#define RIM_MONITOR_KINDS 4u        /* residual channels per outcome of a trained image */
+#define RIM_MONITOR_KINDS 4u        /* channels per outcome of a trained image, without steps */
 #define RIM_MONITOR_LEAST_BLOCKS 8u /* with fewer examined blocks: RIM_REASON_TOO_FEW */
 
 typedef struct rim_monitor rim_monitor;
@@ -104,6 +104,12 @@ typedef struct rim_monitor_health {
        (2u * (size_t)(fields) * ((fields) + 3u) + 74u + (region_features)) +                       \
    (size_t)(ring) *                                                                                \
        (4u * (4u + (fields)) + 8u * (size_t)(outcomes) + (region_features) + (means) + 3u))
+/* Bytes, at most, more, for an image with section QUADRATIC, which the flight profile has not. */
+#define RIM_MONITOR_PRODUCTS_SIZE(features, outcomes, region_features, ring, fields)               \
+  (32u * (size_t)(features) +                                                                      \
+   (size_t)(outcomes) *                                                                            \
+       ((size_t)(ring) + 2u * (size_t)(fields) * ((fields) + 3u) + 83u + (region_features)) +      \
+   16u)
 #define RIM_MONITOR_INTERFERENCE_BYTES 4096u /* more, for an image that watches interference */
 
 /* Writes the bytes that this image needs. Errors as rim_monitor_init; then *bytes is unchanged. */

@@ -48,7 +48,7 @@
 #define NOISE_LEVEL_STEP (1.0 / 64.0)
 #define NOISE_LEVEL_GAIN 0.25 /* a new block's part in the level */
 #define NOISE_PATIENCE 3      /* blocks */
-#define NOISE_CALM 0.05 /* added to the mean square before its logarithm */
+#define NOISE_CALM 0.05       /* added to the mean square before its logarithm */
 
 typedef struct rim_noise {
   uint32_t channels, raw, fields, stride, runs;

@@ -17,7 +17,9 @@ static const uint8_t *model_at(const rim_quadratic *q, uint32_t k) {
   return word_at(q, RIM_QUADRATIC_HEADER_WORDS + 2u * q->inputs + (size_t)k * model_words(q));
 }
 
-static uint32_t use_of(const rim_quadratic *q, uint32_t k) { return rimi_le_u16(model_at(q, k), 1); }
+static uint32_t use_of(const rim_quadratic *q, uint32_t k) {
+  return rimi_le_u16(model_at(q, k), 1);
+}
 
 static rim_status check_models(const rim_quadratic *q, uint32_t outcomes) {
   uint32_t least = 0; /* place of the next model: use * outcomes + outcome */

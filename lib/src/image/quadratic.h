@@ -65,8 +65,8 @@ bool rimi_quadratic_has_steps(const rim_quadratic *view);
  * to z[d..2 d), or z[0..d) does where the block does not follow another. O(d). */
 void rimi_quadratic_take(const rim_quadratic *view, const double *x, bool follows, double *z);
 
-/* predicted[outcome] of every outcome that has a model of this use, from z[2 d]; the others are left
- * as they are. Cost: a multiply-add per term of every model of the use. */
+/* predicted[outcome] of every outcome that has a model of this use, from z[2 d]; the others are
+ * left as they are. Cost: a multiply-add per term of every model of the use. */
 void rimi_quadratic_predict(const rim_quadratic *view, rim_quadratic_use use, const double *z,
                             double *predicted);
 

@@ -311,10 +311,10 @@ static rim_status make_layout(const monitor_plan *p, layout *l) {
   l->rows = RIM_MONITOR_HEADER_BYTES;
   l->rows_bytes = rimi_blocks_size(&p->rows);
   l->numbers = l->rows + l->rows_bytes;
-  l->place = l->numbers + 8u * (p->is_trained ? (4u + AGREEMENT_STATE) * outcomes +
-                                                    p->channel_count +
-                                                    2u * p->models.quadratic.inputs
-                                              : features + outcomes);
+  l->place =
+      l->numbers + 8u * (p->is_trained ? (4u + AGREEMENT_STATE) * outcomes + p->channel_count +
+                                             2u * p->models.quadratic.inputs
+                                       : features + outcomes);
   l->search = RIM_MONITOR_ROUND8(l->place + (p->is_trained ? features + p->channel_count : 0u));
   l->watch = RIM_MONITOR_ROUND8(l->search + l->search_bytes);
   l->total = p->has_watch ? l->watch + RIM_MONITOR_INTERFERENCE_BYTES : l->search + l->search_bytes;

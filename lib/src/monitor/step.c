@@ -325,8 +325,8 @@ static bool observe_trained(rim_monitor *m) {
                               .mean = rimi_blocks_means(m->rows),
                               .predicted = m->predicted,
                               .residual = m->residual,
-                              .unknown = partly || is_beyond || is_thin || is_alone ? m->unknown
-                                                                                  : NULL,
+                              .unknown =
+                                  partly || is_beyond || is_thin || is_alone ? m->unknown : NULL,
                               .disturbance = disturbance,
                               .apart = !is_next};
   if (m->has_explained && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL)
