@@ -505,11 +505,11 @@ struct Step {
 
 Step fit_step(const Sources &from, std::size_t outcome) {
   const auto j = static_cast<Eigen::Index>(outcome);
-  const Eigen::Index own = from.layout.outcome_feature[outcome];
   const double mean = from.levels.mean[j], sd = from.levels.sd[j];
   Step step;
   if (from.products.paired == 0 || is_angle_outcome(from.layout, j))
     return step;
+  const Eigen::Index own = from.layout.outcome_feature[outcome];
   const std::vector<Eigen::Index> columns =
       quadratic_columns(from.products, from.layout, outcome, Readings::before);
   Fit fit = best_fit(from.quadratic, columns, j, kProductRidges);

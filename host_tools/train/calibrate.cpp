@@ -409,6 +409,7 @@ std::vector<std::vector<float>> slots_of(const std::vector<std::vector<float>> &
   return some;
 }
 
+constexpr double kStepsAbove = 2.0; // of the largest ratio of healthy runs
 // phi of the channels of steps: such that no healthy run scores more by them than the highest but
 // one does by the other channels. What a step leaves has heavy tails where a model of products is
 // wrong, and would set the alarm of all channels otherwise.
@@ -423,8 +424,8 @@ std::vector<double> phi_of_steps(const std::vector<std::vector<float>> &maxima,
       std::max(of_others[std::min<std::size_t>(1, of_others.size() - 1)].score, 0.0);
   for (const std::vector<float> &run : maxima) {
     for (std::size_t at = 0; at < phi.size(); ++at)
-      phi[at] = std::max(phi[at],
-                         static_cast<double>(run[at]) / (most + description(at % NOISE_FAMILIES)));
+      phi[at] = std::max(phi[at], kStepsAbove * static_cast<double>(run[at]) /
+                                      (most + description(at % NOISE_FAMILIES)));
   }
   order_families(&phi);
   return phi;

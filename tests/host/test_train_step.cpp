@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::uint64_t kSeed = 9400; // of the first run
 constexpr std::size_t kRows = 1500, kRuns = 14, kFaulty = 700;
-constexpr double kLost = 0.12; // of the thrust, from row kFaulty on, of a faulty run
+constexpr double kGust = 0.002; // new in every row, m/s
+constexpr double kLost = 0.12;  // of the thrust, from row kFaulty on, of a faulty run
 enum { kSpeed, kRudder, kMotor, kOutcomes };
 
 rim::Log cruise(std::uint64_t seed, double lost) {
@@ -37,7 +38,7 @@ rim::Log cruise(std::uint64_t seed, double lost) {
   for (std::size_t t = 0; t < kRows; ++t) {
     if (t % 150 == 0)
       wanted = 4.0 + 2.0 * rimi_rng_uniform(&rng);
-    gust += 0.02 * -gust + 0.02 * rimi_rng_normal(&rng);
+    gust += 0.02 * -gust + kGust * rimi_rng_normal(&rng);
     const double throttle = std::fmin(std::fmax(0.5 + 0.3 * (wanted - speed), 0.0), 1.0);
     log.t_s.push_back(static_cast<double>(t));
     log.values.row(static_cast<Eigen::Index>(t)) << throttle, speed + 0.03 * rimi_rng_normal(&rng),
@@ -103,6 +104,7 @@ void an_offset_is_shown_in_full(void **) {
   const double mean = 4.0, sd = 3.0, offset = 2.5;
   rim::BlockRun run[2];
   for (rim::BlockRun &r : run) {
+    r.time_s.setLinSpaced(40, 0.0, 39.0);
     r.context.resize(40, d);
     r.outcome.resize(40, kOutcomes);
     r.follows.assign(40, true);
@@ -141,6 +143,7 @@ void a_step_does_not_know_its_own_block(void **) {
   of.inverse_scale = Eigen::VectorXd::Ones(d);
   of.paired = 2 * d;
   rim::BlockRun run;
+  run.time_s.setLinSpaced(2, 0.0, 1.0);
   run.context = rim::Matrix::Random(2, d);
   run.follows = {false, true};
   const rim::Matrix terms = rim::quadratic_terms(of, layout, run);

@@ -242,8 +242,8 @@ static bool find_unknown(rim_monitor *m) {
     const double limited = is_out(m, o) ? MONITOR_NOT_KNOWN : 0.0; /* is no reading of its own */
     any = mark(m, RIM_CHANNEL_SCATTER, o, error[outcomes + o] + limited) || any;
     (void)mark(m, RIM_CHANNEL_REPEAT, o, limited); /* needs no model */
-    if (has_steps(m)) /* from all readings, of which one may be out of range */
-      (void)mark(m, RIM_CHANNEL_STEP, o, any_is_out(m) ? MONITOR_NOT_KNOWN : 0.0);
+    if (has_steps(m)) /* from all readings, which may be out of range, or where none has been */
+      (void)mark(m, RIM_CHANNEL_STEP, o, too_long || any_is_out(m) ? MONITOR_NOT_KNOWN : 0.0);
   }
   return any;
 }

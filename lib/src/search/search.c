@@ -185,6 +185,8 @@ static void store_channel(rim_search *s, const block_pair *n, const search_block
     const double before = b->apart ? 0.0 : (double)*newest * SEARCH_COARSE_STEP;
     *newest = to_coarse(z);
     z = rimi_search_limited(z, before);
+  } else if (channel / s->config.outcomes == RIM_CHANNEL_STEP) {
+    z = rimi_clamp(z, -SEARCH_STEP_MOST, SEARCH_STEP_MOST);
   } else if (channel < search_fine(s) && c.limit > 0.0f && !unknown) {
     z = limited(s, n, &c, channel, z);
   }

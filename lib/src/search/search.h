@@ -197,6 +197,10 @@ double rimi_search_description(search_family family); /* nats */
 #define SEARCH_ALONE 2.0
 double rimi_search_limited(double scatter, double before);
 
+/* How much of what a step leaves counts, in standard deviations of the noise: a few blocks in which
+ * a model of products is wrong are no fault that lasts. */
+#define SEARCH_STEP_MOST 3.0
+
 /* By how much healthy runs exceed the ratio that the noise model of channel c expects of such a
  * hypothesis, at least 1. Its root is what standard errors are multiplied by. */
 double rimi_search_inflation(const noise_channel *c, const search_hypothesis *h);
