@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
-#include "monitor/inspect.h"
 #include "search/select.h"
+#include "monitor/inspect.h"
 #include "stats/robust.hpp"
 
 namespace rim {
@@ -141,7 +141,7 @@ public:
   double take_out(std::size_t outcome, const Matrix &unit, std::vector<double> *residual) const {
     rim_candidate best{};
     (void)rimi_select_shift_of_channel(rimi_monitor_search(monitor_->get()),
-                                       static_cast<std::uint16_t>(outcome), &best);
+                                      static_cast<std::uint16_t>(outcome), &best);
     std::vector<std::size_t> inside;
     double sum = 0.0;
     for (std::size_t t = 0; t < residual->size(); ++t) {

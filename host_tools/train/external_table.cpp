@@ -30,7 +30,9 @@ Place place_in(const std::vector<std::size_t> &knots, std::size_t value) {
 }
 
 // -ln(-ln p): in it the quantiles of a largest of many lie on a line.
-double reduced(double chance) { return -std::log(-std::log(chance)); }
+double reduced(double chance) {
+  return -std::log(-std::log(chance));
+}
 
 // All levels at one size.
 std::vector<double> quantiles_at(ExternalSearch search, const ExternalSize &size) {
@@ -38,7 +40,8 @@ std::vector<double> quantiles_at(ExternalSearch search, const ExternalSize &size
   const std::size_t levels = external_levels().size();
   const float *table = external_quantiles(search);
   const Place place[3] = {place_in(knots.features, size.features),
-                          place_in(knots.outcomes, size.outcomes), place_in(knots.rows, size.rows)};
+                          place_in(knots.outcomes, size.outcomes),
+                          place_in(knots.rows, size.rows)};
   const std::size_t count[3] = {knots.features.size(), knots.outcomes.size(), knots.rows.size()};
   std::vector<double> out(levels, 0.0);
   for (unsigned corner = 0; corner < 8; ++corner) {

@@ -17,7 +17,8 @@ namespace rim {
 
 namespace {
 
-constexpr const char *kNames[kExternalSearches] = {"thorough", "standard", "flight", "flight_wide"};
+constexpr const char *kNames[kExternalSearches] = {"thorough", "standard", "flight",
+                                                   "flight_wide"};
 constexpr std::uint64_t kContextSeed = 4207; // of contexts; outcomes have the plan's
 
 FlightPlan uniform_plan(ExternalSearch search, std::size_t features, std::size_t outcomes) {
@@ -30,7 +31,8 @@ FlightPlan uniform_plan(ExternalSearch search, std::size_t features, std::size_t
   plan.layout.feature_units.resize(features);
   plan.layout.outcome_units.resize(outcomes);
   plan.layout.command.assign(features, 0);
-  const bool flight = search == ExternalSearch::flight || search == ExternalSearch::flight_wide;
+  const bool flight =
+      search == ExternalSearch::flight || search == ExternalSearch::flight_wide;
   prepare_external(&plan, flight, search == ExternalSearch::thorough ? kFewRows : kFewRows + 1);
   plan.low.assign(features, 0.0F);
   plan.high.assign(features, 1.0F);
@@ -58,8 +60,8 @@ std::string table_text(ExternalSearch search, const std::vector<float> &table) {
   std::string text = fmt::format("const float k_{}[] = {{\n", kNames[static_cast<int>(search)]);
   const std::size_t levels = external_levels().size();
   for (std::size_t i = 0; i < table.size(); ++i) {
-    text +=
-        fmt::format("{}{:.3f}F,", i % levels == 0 ? "    " : " ", static_cast<double>(table[i]));
+    text += fmt::format("{}{:.3f}F,", i % levels == 0 ? "    " : " ",
+                        static_cast<double>(table[i]));
     if (i % levels == levels - 1)
       text += "\n";
   }
@@ -90,7 +92,8 @@ std::vector<std::vector<float>> draw_external(ExternalSearch search, std::size_t
   const FlightPlan plan = uniform_plan(search, features, outcomes);
   std::vector<std::vector<float>> by_run(runs);
   parallel_for(runs, [&](std::size_t r) {
-    by_run[r] = nominal_maxima(plan, uniform_rows(features, outcomes, at.back(), r + 1), r + 1, at);
+    by_run[r] =
+        nominal_maxima(plan, uniform_rows(features, outcomes, at.back(), r + 1), r + 1, at);
   });
   std::vector<std::vector<float>> out(at.size());
   for (std::size_t k = 0; k < at.size(); ++k) {

@@ -116,7 +116,7 @@ Prediction predict_flight(const std::vector<std::uint8_t> &section, const Matrix
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     const rim_status done =
         rimi_nominal_predict(&model, x.row(i).data(), out.mean.row(i).data(), out.sd.row(i).data(),
-                             &out.extrapolation[static_cast<std::size_t>(i)]);
+                            &out.extrapolation[static_cast<std::size_t>(i)]);
     if (done != RIM_OK) {
       throw std::invalid_argument("predict_flight: row " + std::to_string(i) + ": " +
                                   rim_status_text(done));

@@ -134,14 +134,15 @@ Matrix Fitter::x(std::size_t run) const {
 std::vector<std::vector<Eigen::MatrixXd>>
 Fitter::all_weights(const std::vector<Question> &questions) const {
   const std::size_t ridges = std::size(kRidges);
-  std::vector<std::vector<Eigen::MatrixXd>> weights(questions.size(),
-                                                    std::vector<Eigen::MatrixXd>(kFolds * ridges));
+  std::vector<std::vector<Eigen::MatrixXd>> weights(
+      questions.size(), std::vector<Eigen::MatrixXd>(kFolds * ridges));
   const std::size_t folds = std::min(kFolds, runs_.size()); // the others leave out no run
   parallel_for(questions.size() * folds, [&](std::size_t i) {
     const Question &q = questions[i / folds];
     const std::size_t f = i % folds;
     const Eigen::MatrixXd gram = sub_gram(folds_[f].gram, q.terms);
-    const Eigen::MatrixXd cross = sub_rows(folds_[f].cross, q.terms).middleCols(q.first, q.targets);
+    const Eigen::MatrixXd cross =
+        sub_rows(folds_[f].cross, q.terms).middleCols(q.first, q.targets);
     for (std::size_t l = 0; l < ridges; ++l)
       weights[i / folds][f * ridges + l] = ridge_weights(gram, kRidges[l], cross);
   });

@@ -8,12 +8,12 @@
 #include <optional>
 
 #include "image/flight_image.hpp"
-#include "interference/detector.h"
-#include "rim/image.h"
 #include "rim/monitor.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
+#include "rim/image.h"
+#include "interference/detector.h"
 
 namespace rim {
 namespace {

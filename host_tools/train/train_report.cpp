@@ -27,7 +27,7 @@ std::string outcome_report(const Training &training) {
                {"lag-1", "correlation"},
                {"seen from", "offset"},
                {"model", ""}});
-  static const char *const how[] = {"residuals",          "levels",  "integral", "few readings",
+  static const char *const how[] = {"residuals", "levels", "integral", "few readings",
                                     "what integrates it", "products"};
   std::string blind;
   for (std::size_t o = 0; o < training.outcomes.size(); ++o) {
@@ -138,8 +138,8 @@ std::string promise_report(const Training &training, double false_alarm) {
         std::ceil(1.0 / false_alarm - 1e-9) - 1.0, 100.0 * false_alarm);
   }
   const auto margin = static_cast<double>(t.alarm_score - t.maxima[t.rank - 1]);
-  const bool is_limited =
-      is_learnt_again(runs, training.plan.layout.external) && margin > kMostMarginOfFew - 1e-3;
+  const bool is_limited = is_learnt_again(runs, training.plan.layout.external) &&
+                          margin > kMostMarginOfFew - 1e-3;
   text += fmt::format(
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n"
       "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}) and "

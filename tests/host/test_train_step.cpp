@@ -19,8 +19,8 @@ extern "C" {
 namespace {
 
 constexpr std::uint64_t kSeed = 9400; // of the first run
-constexpr std::size_t kRows = 1500, kRuns = 14, kFaulty = 700;
-constexpr double kGust = 0.002; // new in every row, m/s
+constexpr std::size_t kRows = 1500, kRuns = 20, kFaulty = 700;
+constexpr double kGust = 0.01; // new in every row, m/s
 constexpr double kLost = 0.12;  // of the thrust, from row kFaulty on, of a faulty run
 enum { kSpeed, kRudder, kMotor, kOutcomes };
 
@@ -38,7 +38,7 @@ rim::Log cruise(std::uint64_t seed, double lost) {
   for (std::size_t t = 0; t < kRows; ++t) {
     if (t % 150 == 0)
       wanted = 4.0 + 2.0 * rimi_rng_uniform(&rng);
-    gust += 0.02 * -gust + kGust * rimi_rng_normal(&rng);
+    gust += 0.5 * -gust + kGust * rimi_rng_normal(&rng);
     const double throttle = std::fmin(std::fmax(0.5 + 0.3 * (wanted - speed), 0.0), 1.0);
     log.t_s.push_back(static_cast<double>(t));
     log.values.row(static_cast<Eigen::Index>(t)) << throttle, speed + 0.03 * rimi_rng_normal(&rng),

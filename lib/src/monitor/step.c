@@ -369,13 +369,16 @@ static bool observe_rows(rim_monitor *m) {
 /* ---- judgement ---- */
 
 /* A step follows from all readings of the block before, so that one wrong sensor disturbs the steps
- * of several outcomes: they lead only where nothing else reaches an alarm. */
+ * of several outcomes: they lead only where nothing else reaches an alarm, or raised the one that
+ * stands. */
 static void judge_trained(rim_monitor *m, rim_verdict *v) {
   const uint16_t others = (uint16_t)(RIM_MONITOR_KINDS * m->words[RIM_CONFIG_OUTCOMES]);
+  const bool is_others =
+      rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL && m->explained_channel < others;
   const search_hypothesis *best = NULL;
   for (uint16_t c = 0; c < m->channel_count; ++c) {
     const search_hypothesis *h = rimi_search_best(m->search, c);
-    if (c == others && (double)best->score >= m->models.threshold.alarm_score)
+    if (c == others && (is_others || (double)best->score >= m->models.threshold.alarm_score))
       break;
     if (best == NULL || h->score > best->score) {
       best = h;
