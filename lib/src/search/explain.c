@@ -249,6 +249,11 @@ void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h) {
     *h = region;
 }
 
+/* What is mostly so is not what came and went. */
+static bool is_most(const rim_search *s, const search_hypothesis *h) {
+  return 2u * h->blocks > s->held;
+}
+
 bool rimi_search_passed(rim_search *s, uint32_t channel, const search_hypothesis *since,
                         search_hypothesis *out) {
   rimi_search_ready(s, channel);
@@ -259,12 +264,12 @@ bool rimi_search_passed(rim_search *s, uint32_t channel, const search_hypothesis
     search_hypothesis found = search_state(s, channel)->region; /* of another onset, it may be */
     if (found.family == SEARCH_DURING) {
       rimi_search_evaluate(s, &found);
-      if (found.score > out->score)
+      if (found.score > out->score && !is_most(s, &found))
         *out = found;
     }
   } else {
     rimi_search_scan_during(s, out);
-    if (2u * out->blocks > s->held) /* what is mostly so is not what came and went */
+    if (is_most(s, out))
       out->score = SEARCH_NONE;
   }
   if (out->score > SEARCH_NONE)
@@ -283,7 +288,7 @@ static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
     if (is_region)
       refine(s, &placed, 1);
     /* Of the other sign it is the rest, unless what came and went is most of the run. */
-    if (is_region && (placed.shift * h.shift > 0.0f || 2u * h.blocks > s->held) &&
+    if (is_region && (placed.shift * h.shift > 0.0f || is_most(s, &h)) &&
         rimi_search_worth(s, channel, &placed) > PLACED * rimi_search_worth(s, channel, &h))
       h = placed;
   } else {
@@ -389,7 +394,9 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
     h = since;
   if (h.score > SEARCH_NONE) {
     rimi_search_note(s, channel, &h);
-    if (rimi_search_worth(s, s->channel, &h) > rimi_search_worth(s, s->channel, &best))
+    /* Most of the run, until what began lately: that is the rest of what began. */
+    const bool is_rest = h.family == SEARCH_DURING && is_most(s, &h) && h.shift * best.shift < 0.0f;
+    if (!is_rest && rimi_search_worth(s, s->channel, &h) > rimi_search_worth(s, s->channel, &best))
       best = h;
   }
   if (channel < search_fine(s) && (best.family == SEARCH_GAIN || best.family >= SEARCH_INTERVAL)) {
