@@ -552,7 +552,7 @@ void learn_steps(const Sources &sources, Agreement *a) {
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
                         const std::vector<Matrix> &residual, const std::vector<Matrix> &predicted,
-                        const std::vector<Matrix> &level, bool products) {
+                        const std::vector<Matrix> &level, bool products, bool steps) {
   const Eigen::Index o = residual.front().cols();
   const Eigen::Index total = o * (2 + static_cast<Eigen::Index>(basis.means.size()));
   Agreement a;
@@ -608,7 +608,8 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
     }
   }
   keep_used_integrands(&a, integral);
-  learn_steps(sources, &a);
+  if (steps)
+    learn_steps(sources, &a);
   return a;
 }
 

@@ -78,13 +78,14 @@ std::vector<bool> integrated_outcomes(const Layout &layout,
                                       const RunStore &runs);
 
 // level: of all() runs, the outcomes as section LEVEL predicts them from the other sensors, by
-// models without the run; empty: there is none. products: section QUADRATIC may be a source.
+// models without the run; empty: there is none. products: section QUADRATIC may be a source. steps:
+// it is to hold what outcomes do next, too.
 // integrands: of the runs' columns early and late.
 // residual, predicted: of behaviour, blocks x outcomes of all() runs.
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
                         const std::vector<Matrix> &residual, const std::vector<Matrix> &predicted,
-                        const std::vector<Matrix> &level, bool products);
+                        const std::vector<Matrix> &level, bool products, bool steps = false);
 // rimi_noise_disturbance() of every block, per run.
 std::vector<Eigen::VectorXd> disturbances(const Agreement &agreement,
                                           const std::vector<Matrix> &residual);

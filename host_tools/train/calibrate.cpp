@@ -409,10 +409,11 @@ std::vector<std::vector<float>> slots_of(const std::vector<std::vector<float>> &
   return some;
 }
 
-constexpr double kStepsAbove = 2.0; // of the largest ratio of healthy runs
-// phi of the channels of steps: such that no healthy run scores more by them than the highest but
-// one does by the other channels. What a step leaves has heavy tails where a model of products is
-// wrong, and would set the alarm of all channels otherwise.
+// phi of the channels of steps: such that kStepsAbove times their largest ratio in healthy runs
+// scores no more than the highest run but one does by the other channels. What a step leaves has
+// heavy tails where a model of products is wrong, and would set the alarm of all channels
+// otherwise.
+constexpr double kStepsAbove = 2.0;
 std::vector<double> phi_of_steps(const std::vector<std::vector<float>> &maxima,
                                  std::vector<RunScore> of_others) {
   if (maxima.front().empty())

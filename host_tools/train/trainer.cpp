@@ -26,7 +26,9 @@ namespace {
 constexpr double kBlocksPerRun = 240.0;
 constexpr double kStalePeriods = 5.0;
 constexpr double kUpdatesPerRun = 12.0;
-constexpr std::uint32_t kRing = 384;    // calibrate_runs() gives flight its own
+constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
+// The mean of a few readings is too noisy to tell what comes next.
+constexpr std::uint32_t kLeastRowsOfStep = 4;
 constexpr std::size_t kNamedAtMost = 3; // features that a model does without
 // Error over behaviour's, above which the others' residuals say nothing.
 constexpr double kLeastAgreement = 0.95;
@@ -310,7 +312,8 @@ Learnt learn(const HealthyRuns &healthy, const RunStore &runs, bool products) {
   give_back_memory();
   l.agreement =
       fit_agreement(layout, l.basis, healthy.integrands, runs, l.behaviour.residual,
-                    l.behaviour.predicted, l.level.predicted, products && wants_products(layout));
+                    l.behaviour.predicted, l.level.predicted, products && wants_products(layout),
+                    healthy.plan.block_rows >= kLeastRowsOfStep);
   const std::vector<int> &source = l.agreement.source;
   if (std::count(source.begin(), source.end(), AGREEMENT_LEVEL) == 0)
     l.level.section.clear();

@@ -144,6 +144,7 @@ void a_step_does_not_know_its_own_block(void **) {
   of.paired = 2 * d;
   rim::BlockRun run;
   run.time_s.setLinSpaced(2, 0.0, 1.0);
+  run.outcome.resize(2, kOutcomes);
   run.context = rim::Matrix::Random(2, d);
   run.follows = {false, true};
   const rim::Matrix terms = rim::quadratic_terms(of, layout, run);
