@@ -250,6 +250,14 @@ Eigen::VectorXd left_over(const Rows &rows, Eigen::Index target, const Eigen::Ve
   return rows.y.col(target) - rows.x * weight;
 }
 
+// What products leave of blocks that do not follow on another: flight does not look at it.
+void drop_first(const BlockRun &run, Eigen::VectorXd *left) {
+  for (Eigen::Index i = 0; i < left->size(); ++i) {
+    if (!run.follows[static_cast<std::size_t>(i)])
+      (*left)[i] = 0.0;
+  }
+}
+
 // One outcome's relation: the one that shows an offset over half a run best.
 class Choice {
 public:
@@ -389,6 +397,8 @@ void Choice::try_quadratic(Across across, Readings readings) {
     show_offset_in_full(from_.products, own, mean, sd, g, &w);
   }
   const double of_behaviour = leave(from_.quadratic, fit);
+  for (std::size_t r = 0; r < remains_.size(); ++r)
+    drop_first(from_.runs[r], &remains_[r]);
   if (!wins(across, of_behaviour))
     return;
   quadratic = sd * fit.weight[kFolds];
@@ -518,12 +528,8 @@ Step fit_step(const Sources &from, std::size_t outcome) {
     show_offset_in_full(from.products, own, mean, sd, g, &w);
   }
   for (std::size_t r = 0; r < from.runs.all(); ++r) {
-    const std::vector<bool> &follows = from.runs[r].follows;
     Eigen::VectorXd left = sd * left_over(from.quadratic.rows(r), j, fit.weight[from.runs.fold(r)]);
-    for (Eigen::Index i = 0; i < left.size(); ++i) { // flight does not look at those
-      if (!follows[static_cast<std::size_t>(i)])
-        left[i] = 0.0;
-    }
+    drop_first(from.runs[r], &left);
     step.remains.push_back(std::move(left));
   }
   step.weight = sd * fit.weight[kFolds];

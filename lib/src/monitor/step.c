@@ -281,15 +281,20 @@ static bool hide_readings(rim_monitor *m, bool has_others) {
   return true;
 }
 
-/* Nor does a block say anything of a step that does not follow on another. */
-static bool hide_steps(rim_monitor *m, bool is_next, bool has_others) {
+/* Nor does a block that does not follow on another say anything of what products of readings of the
+ * block before let expect. */
+static bool hide_products(rim_monitor *m, bool is_next, bool has_others) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  if (is_next || !has_steps(m))
+  if (is_next || m->models.quadratic.section == NULL)
     return false;
   if (!has_others)
     memset(m->unknown, 0, m->channel_count * sizeof *m->unknown);
-  for (uint32_t o = 0; o < outcomes; ++o)
-    m->unknown[RIM_CHANNEL_STEP * outcomes + o] = true;
+  for (uint32_t o = 0; o < outcomes; ++o) {
+    if (rimi_agreement_source(&m->models.agreement, o) == AGREEMENT_QUADRATIC)
+      m->unknown[RIM_CHANNEL_AGREEMENT * outcomes + o] = true;
+    if (has_steps(m))
+      m->unknown[RIM_CHANNEL_STEP * outcomes + o] = true;
+  }
   return true;
 }
 
@@ -319,7 +324,7 @@ static bool observe_trained(rim_monitor *m) {
   if (is_beyond)
     hide_levels(m, partly);
   const bool is_thin = hide_readings(m, partly || is_beyond);
-  const bool is_alone = hide_steps(m, is_next, partly || is_beyond || is_thin);
+  const bool is_alone = hide_products(m, is_next, partly || is_beyond || is_thin);
   const search_block block = {.t_s = rimi_blocks_since_start_s(m->rows),
                               .feature = m->place,
                               .mean = rimi_blocks_means(m->rows),
