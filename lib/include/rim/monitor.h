@@ -104,12 +104,6 @@ typedef struct rim_monitor_health {
        (2u * (size_t)(fields) * ((fields) + 3u) + 74u + (region_features)) +                       \
    (size_t)(ring) *                                                                                \
        (4u * (4u + (fields)) + 8u * (size_t)(outcomes) + (region_features) + (means) + 3u))
-/* Bytes, at most, more, for an image with section QUADRATIC, which the flight profile has not. */
-#define RIM_MONITOR_PRODUCTS_SIZE(features, outcomes, region_features, ring, fields)               \
-  (32u * (size_t)(features) +                                                                      \
-   (size_t)(outcomes) *                                                                            \
-       ((size_t)(ring) + 2u * (size_t)(fields) * ((fields) + 3u) + 83u + (region_features)) +      \
-   16u)
 #define RIM_MONITOR_INTERFERENCE_BYTES 4096u /* more, for an image that watches interference */
 
 /* Writes the bytes that this image needs. Errors as rim_monitor_init; then *bytes is unchanged. */
