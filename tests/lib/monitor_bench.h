@@ -406,11 +406,26 @@ static inline void put_level(bytes *s, uint32_t inputs, uint32_t outputs) {
     f32(s, o < outputs ? 1.0 : 0.125); /* each outcome is an eighth */
 }
 
-static inline void make_bench(bench *b, bool external) {
+static inline void make_bench_of(bench *b, const recipe *r, bool external) {
   memset(b, 0, sizeof *b);
   b->external = external;
-  build(&b->blob, &calibrated[external]);
+  build(&b->blob, r);
   start(b);
+}
+
+static inline void make_bench(bench *b, bool external) {
+  make_bench_of(b, &calibrated[external], external);
+}
+
+/* How a monitor of this image begins. */
+static inline rim_status status_of_image(const recipe *r) {
+  static _Alignas(8) uint8_t memory[EXTERNAL_SIZE + TRAINED_SIZE];
+  static image blob;
+  rim_monitor *m = NULL;
+  build(&blob, r);
+  const rim_status status = rim_monitor_init(&m, memory, sizeof memory, blob.byte, blob.size);
+  assert_int_equal(status == RIM_OK, m != NULL);
+  return status;
 }
 
 #endif

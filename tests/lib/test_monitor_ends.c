@@ -17,23 +17,6 @@
 
 static bench b;
 
-static void from(const recipe *r, bool external) {
-  memset(&b, 0, sizeof b);
-  b.external = external;
-  build(&b.blob, r);
-  start(&b);
-}
-
-static rim_status status_of(const recipe *r) {
-  static _Alignas(8) uint8_t memory[EXTERNAL_SIZE + TRAINED_SIZE];
-  static image blob;
-  rim_monitor *m = NULL;
-  build(&blob, r);
-  const rim_status status = rim_monitor_init(&m, memory, sizeof memory, blob.byte, blob.size);
-  assert_int_equal(status == RIM_OK, m != NULL);
-  return status;
-}
-
 /* ---- the life of an alarm ---- */
 
 static rim_alarm_life life;
@@ -186,7 +169,7 @@ static void an_image_without_a_rate_is_gone_through(void **state) {
   (void)state;
   recipe r = calibrated[1];
   set_word(&r, RIM_CONFIG_PERIOD_US, 0);
-  from(&r, true);
+  make_bench_of(&b, &r, true);
   const uint32_t rows = (uint32_t)(b.blob.size / 4u / GUARD_NO_RATE) + 2u;
   for (uint32_t t = 0; t < 2 * rows; ++t)
     assert_int_not_equal(step(&b, 911, t, 0.0).level, RIM_LEVEL_INTEGRITY);
@@ -287,7 +270,7 @@ static void a_level_is_used(void **state) {
   put_level(level, D, O);
   put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * (4 + O * (2 + MEANS)),
           AGREEMENT_LEVEL);
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   rim_work_counts with, without;
   rim_work more, less;
   blocks_cost_more(&with, &more, &without);
@@ -299,20 +282,20 @@ static void a_level_is_used(void **state) {
   assert_true(fabs(residual[1] - (measured[1] - 0.125)) < 1e-6);
   level->size = 0;
   put_level(level, D - 1, O);
-  assert_int_equal(status_of(&r), RIM_E_CONFIG);
+  assert_int_equal(status_of_image(&r), RIM_E_CONFIG);
   level->size = 0;
   put_level(level, D, O - 1);
-  assert_int_equal(status_of(&r), RIM_E_CONFIG);
+  assert_int_equal(status_of_image(&r), RIM_E_CONFIG);
   put_u32(level->byte, RIM_NOMINAL_LAYOUT + 1);
-  assert_int_equal(status_of(&r), RIM_E_VERSION);
+  assert_int_equal(status_of_image(&r), RIM_E_VERSION);
   /* An angle is two inputs, of which the sine is the last. */
   r.section[RIM_SECTION_COMMANDS].byte[0] |= BLOCKS_ANGLE_RAD;
   level->size = 0;
   put_level(level, D, O);
-  assert_int_equal(status_of(&r), RIM_E_CONFIG);
+  assert_int_equal(status_of_image(&r), RIM_E_CONFIG);
   level->size = 0;
   put_level(level, D + 1, O);
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &with), RIM_OK);
   assert_int_equal(with.angles, 1);
   rimi_work_bound(&with, &less);
@@ -327,7 +310,7 @@ static void products_are_used(void **state) {
   put_quadratic(quadratic, D, 1, RIM_QUADRATIC_AGREES);
   put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * (4 + O * (2 + MEANS)),
           AGREEMENT_QUADRATIC);
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   rim_work_counts with, without;
   rim_work more;
   blocks_cost_more(&with, &more, &without);
@@ -355,9 +338,9 @@ static void products_are_used(void **state) {
                   RIM_QUADRATIC_AGREES);
     if (what == 3)
       put_u32(quadratic->byte, RIM_QUADRATIC_LAYOUT + 1);
-    assert_int_equal(status_of(&r), what == 1   ? RIM_E_CONFIG /* outcome 1 has no model */
-                                    : what == 3 ? RIM_E_VERSION
-                                                : RIM_E_RANGE);
+    assert_int_equal(status_of_image(&r), what == 1   ? RIM_E_CONFIG /* outcome 1 has no model */
+                                          : what == 3 ? RIM_E_VERSION
+                                                      : RIM_E_RANGE);
   }
 }
 
@@ -368,7 +351,7 @@ static void says_nothing_beyond(uint32_t own) {
   put_level(&r.section[RIM_SECTION_LEVEL], D, O);
   put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * own * (4 + O * (2 + MEANS)),
           AGREEMENT_LEVEL);
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   const bool *unknown = b.monitor->unknown + RIM_CHANNEL_AGREEMENT * O;
   int seen[2] = {0};
   for (uint32_t t = 0; t < 120 * BLOCK; ++t) {
@@ -407,7 +390,7 @@ static void a_region_over_an_outcome(void **state) {
   uint8_t *entry = r.section[RIM_SECTION_REGION].byte;
   put_u16(entry, 1); /* feature 1, which is outcome 0 */
   put_u16(entry + 2, 0);
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   for (uint32_t t = 0; t < 40 * BLOCK; ++t) {
     (void)step(&b, 916, t, 5.0); /* far off where the command is high */
     const uint8_t *place = rimi_monitor_place(b.monitor);
@@ -418,11 +401,11 @@ static void a_region_over_an_outcome(void **state) {
     assert_int_equal(place[0], (int)fmin(fmax(byte, 0.0), 255.0));
   }
   put_u16(entry + 2, O);
-  assert_int_equal(status_of(&r), RIM_E_RANGE);
+  assert_int_equal(status_of_image(&r), RIM_E_RANGE);
   put_u16(entry + 2, 0xffff);
-  assert_int_equal(status_of(&r), RIM_OK);
+  assert_int_equal(status_of_image(&r), RIM_OK);
   put_u16(entry, D);
-  assert_int_equal(status_of(&r), RIM_E_RANGE);
+  assert_int_equal(status_of_image(&r), RIM_E_RANGE);
 }
 
 /* Noise that watches no channel finds nothing, whatever comes. */
@@ -435,7 +418,7 @@ static void nothing_is_watched(void **state) {
     sd[c] = 0.1;
   r.section[RIM_SECTION_NOISE].size = 0;
   put_noise_of(&r.section[RIM_SECTION_NOISE], sd, is_active);
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   for (uint32_t t = 0; t < 400; ++t) {
     const rim_verdict v = step(&b, 917, t, 4.0);
     assert_true(v.ln_anom == 0.0 && v.alarm.state == RIM_ALARM_NONE);
@@ -451,7 +434,7 @@ static void what_gaps_leave_unknown_is_counted(void **state) {
   for (unsigned slow = 0; slow < 2; ++slow) {
     recipe r = calibrated[0];
     put_u16(r.section[RIM_SECTION_BASIS].byte + term_at + 2, slow);
-    from(&r, false);
+    make_bench_of(&b, &r, false);
     for (uint32_t t = 0; t < 50 * BLOCK; ++t)
       (void)step(&b, 918, t, 0.0);
     assert_int_equal(rim_monitor_get_health(b.monitor).partly, 0);
@@ -486,7 +469,7 @@ static void values_beyond_all_numbers(void **state) {
     recipe r = calibrated[external];
     put_f32(r.section[RIM_SECTION_FEATURES].byte + 4 * 2, external ? 0.0 : -0.5);
     put_f32(r.section[RIM_SECTION_FEATURES].byte + 4 * (D + 2), external ? 0.25 : 0.5);
-    from(&r, external != 0);
+    make_bench_of(&b, &r, external != 0);
     for (uint32_t t = 0; t < 40; ++t)
       (void)step(&b, 921, t, 0.0);
     assert_int_equal(rim_monitor_get_health(b.monitor).rows.refused, 0);
@@ -516,7 +499,7 @@ static void an_outcome_is_not_its_own_region(void **state) {
   r.section[RIM_SECTION_REGION].size = 4;
   put_u16(r.section[RIM_SECTION_REGION].byte, 1); /* outcome 0 as measured */
   r.section[RIM_SECTION_CUTS].size = CUTS;
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   uint32_t of_others = 0;
   for (uint32_t t = 0; t < ROWS; ++t) {
     (void)step(&b, 922, t, 1.0);
@@ -562,7 +545,7 @@ static void a_region_feature_twice(void **state) {
     }
     for (size_t i = 0; i < 3 * CUTS; ++i)
       u8(cuts, (unsigned)((i % CUTS + 1) * 256 / 24));
-    assert_int_equal(status_of(&r), k == 0 ? RIM_OK : RIM_E_RANGE);
+    assert_int_equal(status_of_image(&r), k == 0 ? RIM_OK : RIM_E_RANGE);
   }
 }
 

@@ -12,23 +12,6 @@
 
 static bench b;
 
-static void from(const recipe *r, bool external) {
-  memset(&b, 0, sizeof b);
-  b.external = external;
-  build(&b.blob, r);
-  start(&b);
-}
-
-static rim_status status_of(const recipe *r) {
-  static _Alignas(8) uint8_t memory[EXTERNAL_SIZE + TRAINED_SIZE];
-  static image blob;
-  rim_monitor *m = NULL;
-  build(&blob, r);
-  const rim_status status = rim_monitor_init(&m, memory, sizeof memory, blob.byte, blob.size);
-  assert_int_equal(status == RIM_OK, m != NULL);
-  return status;
-}
-
 /* An image with a model of the step of outcome 1: a kind of channels more. */
 static recipe with_steps(void) {
   recipe r = calibrated[0];
@@ -46,7 +29,7 @@ static recipe with_steps(void) {
 static void steps_are_looked_at(void **state) {
   (void)state;
   recipe r = with_steps();
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   assert_int_equal(b.monitor->channel_count, CHANNELS + O);
   rim_work_counts counts;
   assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &counts), RIM_OK);
@@ -75,33 +58,49 @@ static void steps_are_looked_at(void **state) {
   }
   assert_true(seen > 30 && gaps == 2);
   put_threshold(&r.section[RIM_SECTION_THRESHOLD], CHANNELS, NULL, 0);
-  assert_int_equal(status_of(&r), RIM_E_CONFIG); /* of too few channels */
+  assert_int_equal(status_of_image(&r), RIM_E_CONFIG); /* of too few channels */
   r = with_steps();
   r.section[RIM_SECTION_QUADRATIC].size = 0;
-  assert_int_equal(status_of(&r), RIM_E_CONFIG); /* channels of steps without models */
+  assert_int_equal(status_of_image(&r), RIM_E_CONFIG); /* channels of steps without models */
   r = calibrated[0];
   put_quadratic(&r.section[RIM_SECTION_QUADRATIC], D, 1, RIM_QUADRATIC_STEPS);
-  assert_int_equal(status_of(&r), RIM_E_CONFIG); /* models without channels */
+  assert_int_equal(status_of_image(&r), RIM_E_CONFIG); /* models without channels */
 }
 
 /* One wrong sensor disturbs the steps of several outcomes: they lead where nothing else does. */
 static void steps_lead_last(void **state) {
   (void)state;
   recipe r = with_steps();
-  from(&r, false);
+  make_bench_of(&b, &r, false);
   for (uint32_t t = 0; t < 40 * BLOCK; ++t)
     (void)step(&b, 916, t, 0.0);
-  b.monitor->models.threshold.alarm_score = 10.0f;
+  b.monitor->models.threshold.alarm_score = 1e4f; /* beyond what the search itself finds */
   channel_state *own = search_state(b.monitor->search, 1);
   channel_state *next = search_state(b.monitor->search, CHANNELS + 1);
   for (int other = 0; other < 2; ++other) {
-    own->time.score = other ? 11.0f : 9.0f; /* of behaviour */
-    next->time.score = 50.0f;
+    own->time.score = other ? 1.1e4f : 9e3f; /* of behaviour */
+    next->time.score = 5e4f;
     rimi_guard_fix(b.monitor);
     rimi_guard_leave(b.monitor);
     rim_verdict v = {0};
     v = step(&b, 916, (40 + (uint32_t)other) * BLOCK, 0.0);
     assert_int_equal(v.channel, other ? 1 : CHANNELS + 1);
+  }
+  /* Nor do they take over an alarm that another channel raised. */
+  uint32_t t = 42 * BLOCK;
+  b.monitor->models.threshold.alarm_score = 10.0f; /* the model of the step is a wrong one */
+  rimi_guard_fix(b.monitor);
+  rimi_guard_leave(b.monitor);
+  for (; t < 62 * BLOCK && rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM) == NULL; ++t)
+    (void)step(&b, 916, t, 0.0);
+  assert_non_null(rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM));
+  b.monitor->models.threshold.alarm_score = 1e4f;
+  for (int by_step = 0; by_step < 2; ++by_step, ++t) {
+    b.monitor->explained_channel = by_step ? CHANNELS + 1 : 1;
+    next->time.score = 5e4f;
+    rimi_guard_fix(b.monitor);
+    rimi_guard_leave(b.monitor);
+    assert_int_equal(step(&b, 916, t, 0.0).channel == CHANNELS + 1, by_step);
   }
 }
 

@@ -96,7 +96,7 @@ typedef struct rim_monitor_health {
    (size_t)(ring) * (((size_t)(region_features) + 7u) / 4u * 4u + 2u * (size_t)(outcomes)) +       \
    2u * (size_t)(grid) * (size_t)(grid) +                                                          \
    (size_t)(pairs) * (4u * (size_t)(grid) * ((size_t)(grid) + 1u) + 904u))
-/* Bytes, at most, for a monitor of an image with section NOISE: fields and means as there. */
+/* The same with section NOISE (fields, means: as there), without QUADRATIC: of train --flight. */
 #define RIM_MONITOR_TRAINED_SIZE(features, outcomes, region_features, ring, filters, terms,        \
                                  fields, means)                                                    \
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) + 4752u +  \
