@@ -258,7 +258,7 @@ static void take_reading(blocks *b, size_t o, double reading) {
 
 /* How much a reading scatters and repeats is seen in the reading itself. What is believed of one
  * that is out of range stays where the range ends. So far out that nothing is believed, nothing is
- * said of either (find_unknown() in step.c). */
+ * said of either (rimi_monitor_find_unknown()). */
 static double raw_reading(const blocks *b, const double *context, size_t f) {
   const double whole = blocks_whole_turn(b, f);
   if (whole > 0.0)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The monitor's own layout, shared by open.c, step.c and describe.c. */
+/* The monitor's own layout, shared by the sources of this room. */
 #ifndef RIM_SRC_MONITOR_PRIVATE_H
 #define RIM_SRC_MONITOR_PRIVATE_H
 
@@ -98,6 +98,10 @@ static inline double *monitor_quadratic_state(const rim_monitor *m) {
   return m->agreement_state + AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES];
 }
 
+static inline bool monitor_has_steps(const rim_monitor *m) {
+  return rimi_quadratic_has_steps(&m->models.quadratic);
+}
+
 _Static_assert(sizeof(struct rim_monitor) <= RIM_MONITOR_HEADER_BYTES, "header outgrown");
 
 /* Everything that is read from the image, gathered before anything is written. */
@@ -130,6 +134,12 @@ static inline double monitor_scale(const rim_monitor *m, size_t outcome) {
 
 /* describe.c: the record of what is found now. */
 void rimi_monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm);
+
+/* unknown.c: the channels of which the block that ended says nothing, in m->unknown; m->level is
+ * overwritten. is_beyond: the block lies beyond what section LEVEL was trained on. is_next: it
+ * follows on another. Returns whether something is missing that healthy runs have: a command, a
+ * reading, or a run no longer than theirs. O(channels + features * outcomes). */
+bool rimi_monitor_find_unknown(rim_monitor *m, bool is_beyond, bool is_next);
 
 /* step.c: no record, nothing found. */
 void rimi_monitor_clear_verdict(rim_monitor *m);
