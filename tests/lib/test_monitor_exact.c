@@ -72,8 +72,8 @@ static void memory_image_and_rows_are_not_left(void **state) {
   }
 }
 
-/* Behind a block's place lies what is not known of its channels. That is found first, and here all is
- * known. */
+/* Behind a block's place lies what is not known of its channels. That is found first, and here all
+ * is known. */
 static void a_place_has_as_many_bytes_as_features(void **state) {
   (void)state;
   static bench b;
