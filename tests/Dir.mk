@@ -2,7 +2,7 @@
 # tests/lib/test_X.c tests lib/src/ROOM/X.c; tests/host/test_*.cpp test the host tools;
 # tests/cli/*.sh run the commands end to end. Sources of one concept share a test: FILE=TEST.
 SHARED_TESTS := interference/detector=interference search/statistic=search search/scan=search monitor/open=monitor monitor/step=monitor \
-  search/search_guard=guard search/select_guard=guard
+  monitor/unknown=monitor_gaps search/search_guard=guard search/select_guard=guard
 
 TEST_LIB_SRC := $(sort $(wildcard tests/lib/test_*.c))
 TEST_HOST_SRC := $(sort $(wildcard tests/host/test_*.cpp))
