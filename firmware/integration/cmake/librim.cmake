@@ -6,6 +6,8 @@
 #   RIM_PRIVATE     the folder of the library's private headers: for RIM_SOURCES alone
 #   RIM_OPTIONS     without these the digest is not that of the other targets (lib/README.md)
 get_filename_component(RIM_DIR "${CMAKE_CURRENT_LIST_DIR}/../../.." REALPATH)
+# A build folder that is older than a new source configures itself again.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${RIM_DIR}/lib/sources.txt")
 file(STRINGS "${RIM_DIR}/lib/sources.txt" RIM_SOURCES REGEX "^[^#]")
 list(TRANSFORM RIM_SOURCES PREPEND "${RIM_DIR}/")
 list(APPEND RIM_SOURCES "${RIM_DIR}/firmware/integration/watch/rim_watch.c")
