@@ -104,9 +104,9 @@ $(or $(TEST_GROUP_BIN),$(TEST_HOST_BIN)): %: %.o $(BUILD)/libthesis.a $(BUILD)/l
 	$(link_test)
 .SECONDARY: $(TEST_HOST_BIN:=.o) $(TEST_GROUP_BIN:=.o)
 
-.PHONY: promise
-promise: $(BUILD)/tests/host/test_external ## false alarms promised for own predictions, on four times the logs of `make test`
-	@RIM_LONG=1 $<
+.PHONY: test-long
+test-long: ## the whole test, with all of the campaigns of which `make test` runs a part
+	@RIM_LONG=1 $(MAKE) --no-print-directory test
 
 .PHONY: instructions instructions-deps
 instructions-deps: deps

@@ -106,7 +106,7 @@ rim::Log own_log(std::uint64_t stream, Places kind, const ExternalSize &size, co
   return log;
 }
 
-// Logs of a campaign: a quarter of them, but all with RIM_LONG (`make promise`).
+// Logs of a campaign: a quarter of them, but all with RIM_LONG (`make test-long`).
 std::size_t of_all(std::size_t runs) {
   return std::getenv("RIM_LONG") != nullptr ? runs : runs / 4;
 }

@@ -106,8 +106,7 @@ void a_file_instead_of_memory(void **) {
   const auto few = rim::make_image(rim::train(few_logs(), {}).plan);
   for (const std::size_t bytes : {std::size_t{0}, std::size_t{3} << 19})
     assert_true(filed(logs(), bytes) == image());
-  for (const std::size_t bytes : {std::size_t{0}, std::size_t{3} << 17})
-    assert_true(filed(few_logs(), bytes) == few);
+  assert_true(filed(few_logs(), std::size_t{3} << 17) == few);
 }
 
 void logs_that_are_read_again(void **) {

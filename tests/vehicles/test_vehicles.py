@@ -33,8 +33,8 @@ KINDS = [(M, v) for M in (V, blind, fleet, foundry, harbour, kin, quay, town, ya
 
 
 def some(M, vehicle):
-    """Every fourth of a vehicle's faults, beginning with another one for each; all with RIM_LONG."""
-    step = 1 if os.environ.get("RIM_LONG") else 4
+    """Every eighth of a vehicle's faults, beginning with another one for each; all with RIM_LONG."""
+    step = 1 if os.environ.get("RIM_LONG") else 8
     return M.FAULTS[vehicle][KINDS.index((M, vehicle)) % step::step]
 
 
@@ -47,7 +47,8 @@ class Generators(unittest.TestCase):
     def test_same_seed_same_run(self):
         for M, v in KINDS:
             self.assertEqual(M.run(v, SEED), drawn(M, v))
-            self.assertNotEqual(drawn(M, v)[1], M.run(v, SEED + 1)[1])
+            if v == M.VEHICLES[0] or os.environ.get("RIM_LONG"):
+                self.assertNotEqual(drawn(M, v)[1], M.run(v, SEED + 1)[1])
 
     def test_runs_are_whole_and_finite(self):
         for M, v in KINDS:
