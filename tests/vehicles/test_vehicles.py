@@ -19,6 +19,7 @@ import foundry
 import grade
 import harbour
 import kin
+import orchard
 import quay
 import town
 import verdict
@@ -29,7 +30,7 @@ import yard
 SEED = 4711
 
 
-KINDS = [(M, v) for M in (V, blind, fleet, foundry, harbour, kin, quay, town, yard) for v in M.VEHICLES]
+KINDS = [(M, v) for M in (V, blind, fleet, foundry, harbour, kin, orchard, quay, town, yard) for v in M.VEHICLES]
 
 
 def some(M, vehicle):
