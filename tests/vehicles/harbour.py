@@ -32,43 +32,11 @@ in SIGMA, its rows), or rounded (STEP); a run's own offset and scale. Sizes: SEN
 the end of a drift, the noise that is added), of one (gain), or rows for which a reading is kept.
 """
 import math
-import random
+
+from lot import Lot, clip, names, now, some, steps, wrap
 
 G = 9.81
 TURN = 2 * math.pi
-KINDS = {"noise": ("variance",), "stuck": ("repeat", "variance")}
-
-
-def clip(x, low, high):
-    return low if x < low else high if x > high else x
-
-
-def wrap(x, low, high):
-    return (x - low) % (high - low) + low
-
-
-def short(column):
-    return column[2:].rsplit("_", 1)[0] if "_" in column else column[2:]
-
-
-def some(r, x, share=.004):
-    return x * (1 + r.gauss(0, share))
-
-
-def steps(r, end, shortest, longest, draw):
-    """A plan [(second, value)] of values that hold for a random while."""
-    t, plan = 0., []
-    while t < end:
-        plan.append((t, draw()))
-        t += r.uniform(shortest, longest)
-    return plan
-
-
-def now(plan, t, i):
-    """The index of the plan's entry at t, from i on."""
-    while i + 1 < len(plan) and plan[i + 1][0] <= t:
-        i += 1
-    return i
 
 
 class Infuser:
@@ -112,7 +80,7 @@ class Infuser:
         self.line = self.lines[self.j][1]
         return self.want, self.line
 
-    def inside(self, fault, p):
+    def inside(self, fault, p, u):
         if fault == "nick":
             return wrap(self.rotor - TURN * p[0], 0, TURN) < 1.1 + .7 * p[1] and self.n > 1
         return fault != "kink" or (self.want > 55 + 15 * p[0] and not self.line)
@@ -199,7 +167,7 @@ class Hydro:
         self.field += .05 * (70 + .018 * self.power + self.reactive[self.j][1] - self.field)
         return self.order, self.field
 
-    def inside(self, fault, p):
+    def inside(self, fault, p, u):
         if fault == "rough":
             return 42 + 14 * p[0] < self.open < 58 + 14 * p[0]
         low = 1.5 + .3 * p[1]
@@ -302,7 +270,7 @@ class Heatpump:
         self.fan = 0. if self.thaw else clip(40 + .6 * self.f, 40, 95)
         return self.f, self.fan, self.exv, self.thaw, self.speed[self.k][1]
 
-    def inside(self, fault, p):
+    def inside(self, fault, p, u):
         if fault == "leaves":
             return self.outdoor < self.mid - .8 + 1.2 * p[0] and not self.thaw
         return fault != "valve" or (self.f > 43 + 6 * p[0] and not self.thaw)
@@ -423,7 +391,7 @@ class Sailer:
         sheet = clip(.62 * abs(self.awa) - 10, 8, 85)
         return self.order, sheet, self.radio[self.i][1]
 
-    def inside(self, fault, p):
+    def inside(self, fault, p, u):
         if fault == "sheet":
             return self.aw > 6.6 + p[0]
         return fault != "shadow" or wrap(self.yaw - 360 * p[0], 0, 360) < 80 + 50 * p[1]
@@ -484,44 +452,8 @@ class Sailer:
                 self.solar, self.amp, volts, self.hull)
 
 
-CLASS = {"infuser": Infuser, "hydro": Hydro, "heatpump": Heatpump, "sailer": Sailer}
-VEHICLES = tuple(CLASS)
-FAULTS = {v: tuple(c.SENSOR) + tuple(c.PHYSICAL) for v, c in CLASS.items()}
-RATE = {v: c.RATE for v, c in CLASS.items()}
-LENGTH = {v: c.LENGTH for v, c in CLASS.items()}
-COLUMNS = {v: c.COLUMNS for v, c in CLASS.items()}
-
-
-def names(c):
-    """(place in a row, short name) of sensors and context."""
-    return [(i, short(n)) for i, n in enumerate(c.COLUMNS[1:]) if n[0] in "sx"]
-
-
-def sensor(c, name):
-    return next(x for x in c.COLUMNS if x[:2] == "s." and short(x) == name)
-
-
-def simulate(vehicle, seed, fault, strength, began, p):
-    """Rows of what perfect sensors would read, and whether the physical fault acts in them."""
-    c = CLASS[vehicle]
-    machine = c(random.Random("harbour machine %s %d" % (vehicle, seed)))
-    dice, end = random.Random("harbour weather %s %d" % (vehicle, seed)), c.LENGTH * c.RATE
-    rows, acts = [], []
-    for k in range(c.LENGTH):
-        t, a = k * c.RATE, {}
-        u = machine.pilot(t)
-        if fault and k and t >= began and machine.inside(fault, p):
-            a[fault] = strength * ((t - began) / (end - began) if fault in c.RAMPS else 1)
-        machine.step(u, [dice.gauss(0, 1) for _ in range(c.NOISES)], a)
-        rows.append([*u, *machine.context(), *machine.sense()])
-        acts.append(int(bool(a)))
-    return rows, acts
-
-
-def measure(vehicle, seed, rows):
+def measure(c, rows, q):
     """What sensors read: an offset and a scale of the run, white noise and noise with memory."""
-    c, q = CLASS[vehicle], random.Random("harbour sensors %s %d" % (vehicle, seed))
-    out = [list(x) for x in rows]
     for i, name in names(c):
         sigma = c.SIGMA[name]
         scale, offset = 1 + q.gauss(0, .002), q.gauss(0, .4) * sigma
@@ -529,75 +461,15 @@ def measure(vehicle, seed, rows):
         keep = math.exp(-1 / memory)
         red = q.gauss(0, share)
         exact = ("north", "east", "grid", "lake", "surge", *getattr(c, "WRAP", ()))
-        if name in exact or name == "speed" and vehicle == "hydro":
+        if name in exact or name == "speed" and c is Hydro:
             scale = 1.
-        for x in out:
+        for x in rows:
             red = keep * red + q.gauss(0, share * math.sqrt(1 - keep * keep))
             x[i] = x[i] * scale + offset + sigma * (red + q.gauss(0, 1))
-    return out
+    return rows
 
 
-def spoil(c, what, hit, size, rows, true, start, q):
-    """Puts a sensor fault into the rows from `start` on; the hit column only."""
-    kept = None
-    for k in range(start, len(rows)):
-        x = rows[k]
-        if what == "bias":
-            x[hit] += size
-        elif what == "drift":
-            x[hit] += size * (k - start) / (len(rows) - start)
-        elif what == "gain":
-            x[hit] += size * true[k][hit]
-        elif what == "noise":
-            x[hit] += q.gauss(0, size)
-        elif what == "stuck":
-            kept = x[hit] = x[hit] if (k - start) % int(size) == 0 else kept
-
-
-def finish(c, rows):
-    """Rounds, wraps and puts the time in front."""
-    for i, name in names(c):
-        step, turn = c.STEP.get(name), getattr(c, "WRAP", {}).get(name)
-        for x in rows:
-            if step:
-                x[i] = round(round(x[i] / step) * step, 6)
-            if turn:
-                x[i] = wrap(x[i], *turn)
-    return [[round(k * c.RATE, 6)] + x for k, x in enumerate(rows)]
-
-
-def run(vehicle, seed, fault=None):
-    """(columns, rows, truth) of one run; truth is None in a healthy one."""
-    c = CLASS[vehicle]
-    if fault and fault not in FAULTS[vehicle]:
-        raise ValueError("%s has no fault %s" % (vehicle, fault))
-    q = random.Random("harbour fault %s %s %d" % (vehicle, fault, seed))
-    onset, early = q.uniform(.25, .6) * c.LENGTH * c.RATE, q.random() < .5
-    p, part, sign = [q.random() for _ in range(4)], q.random(), q.choice([-1, 1])
-    truth = None
-    if fault in c.PHYSICAL:
-        low, high, columns, features = c.PHYSICAL[fault]
-        began = 0. if features and early else onset
-        true, acts = simulate(vehicle, seed, fault, low + (high - low) * part, began, p)
-        first = round(acts.index(1) * c.RATE, 6) if any(acts) else began
-        truth = dict(columns={sensor(c, a): s for a, s in columns.items()}, onset=first, rows=acts,
-                     features=features, size=None, kinds=None)
-    else:
-        true, _ = simulate(vehicle, seed, None, 0., 0., p)
-    rows = measure(vehicle, seed, true)
-    if fault and not truth:
-        what, _, name = fault.partition(":")
-        column, (low, high) = sensor(c, name), c.SENSOR[fault]
-        hit, start = c.COLUMNS.index(column) - 1, int(math.ceil(onset / c.RATE))
-        size = low + (high - low) * part
-        if what in ("bias", "drift", "gain"):
-            size *= sign
-        if what in ("bias", "drift", "noise"):
-            size *= c.SIGMA[name]
-        size = round(size) if what == "stuck" else size
-        spoil(c, what, hit, size, rows, true, start, q)
-        signed = what in ("bias", "drift") or what == "gain" and min(x[hit] for x in true) >= 0
-        truth = dict(columns={column: sign if signed else 0}, onset=onset,
-                     rows=[int(k >= start) for k in range(c.LENGTH)], features=(),
-                     size=size if what == "bias" else None, kinds=KINDS.get(what))
-    return list(c.COLUMNS), finish(c, rows), truth
+LOT = Lot("harbour", {"infuser": Infuser, "hydro": Hydro, "heatpump": Heatpump, "sailer": Sailer}, measure)
+VEHICLES, FAULTS = tuple(LOT.machines), LOT.faults
+RATE, LENGTH, COLUMNS = LOT.of("RATE"), LOT.of("LENGTH"), LOT.of("COLUMNS")
+run = LOT.run

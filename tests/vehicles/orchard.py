@@ -26,43 +26,18 @@ nominal, or 0}, onset: seconds (with a place: first faulty row), rows: 0/1 for e
 (), size: of a bias, or None, kinds: accepted kinds, or None). Sensors: white noise (SIGMA), in part a slow wander besides (RED: its
 standard deviation in SIGMA, its memory in rows), rounded (STEP), an offset and a scale of the run. Sizes of sensor faults (SENSOR):
 in SIGMA (bias, end of a drift, added noise), of one (gain), rows a reading is kept (stuck), seconds (lag: time constant).
-
-  python3 orchard.py [vehicle...]    ranges of healthy runs, and by how many SIGMA every fault moves every sensor against twins
-                                     without it (WINDOW rows from the true state on, same commands and disturbances)
 """
-import copy
 import math
-import random
-import sys
+
+import lot
+from lot import Lot, clip, names, some, steps
 
 G = 9.81
 TURN = 2 * math.pi
-KINDS = {"noise": ("variance",), "stuck": ("repeat", "variance")}
-
-
-def clip(x, low, high):
-    return low if x < low else high if x > high else x
 
 
 def wrap(a):
-    return (a + math.pi) % TURN - math.pi
-
-
-def short(column):
-    return column[2:].rsplit("_", 1)[0] if "_" in column else column[2:]
-
-
-def some(r, x, share=.004):
-    return x * (1 + r.gauss(0, share))
-
-
-def steps(r, end, shortest, longest, draw):
-    """A plan [(second, value)] of values that hold for a random while."""
-    t, plan = 0., []
-    while t < end:
-        plan.append((t, draw()))
-        t += r.uniform(shortest, longest)
-    return plan
+    return lot.wrap(a, -math.pi, math.pi)
 
 
 def now(plan, t):
@@ -77,14 +52,14 @@ def red(x, w, memory, sd):
 
 class Sprayer:
     """The sprayer. Angles in rad, left positive; flows in l/min, pressures in bar."""
-    RATE, LENGTH, NOISES, WINDOW = .1, 2400, 5, 20
+    RATE, LENGTH, NOISES = .1, 2400, 5
     COLUMNS = ["t_s", "u.drive", "u.steer_rad", "u.pump", "u.left", "u.middle", "u.right", "x.slope_pct", "s.speed_mps",
                "s.yawrate_radps", "s.engine_rpm", "s.drive_bar", "s.flow_lpm", "s.pressure_bar", "s.filter_bar", "s.tank_l",
                "s.oil_degC"]
     SIGMA = dict(slope=.25, speed=.03, yawrate=.006, engine=5., drive=3., flow=.9, pressure=.05, filter=.05, tank=5., oil=.25)
     RED = dict(tank=(.5, 25), drive=(.3, 60))
     STEP = dict(tank=5., engine=1.)
-    EXACT, WRAP = ("slope",), ()
+    EXACT = ("slope",)
     SENSOR = {"bias:pressure": (3., 4.), "gain:flow": (.045, .065), "drift:drive": (5., 7.), "noise:yawrate": (1.6, 2.),
               "stuck:engine": (5, 7), "lag:speed": (.7, 1.1)}
     # fault: least and largest strength, accepted outcomes with signs, features of its place
@@ -194,14 +169,14 @@ class Sprayer:
 
 class Glider:
     """The glider. Pitch nose up, roll and heading to the right positive; oil that is out of the hull positive, in cm3."""
-    RATE, LENGTH, NOISES, WINDOW = .5, 2400, 5, 80
+    RATE, LENGTH, NOISES = .5, 2400, 5
     COLUMNS = ["t_s", "u.ballast_cc", "u.shift_mm", "u.roll_rad", "x.water_degC", "x.salinity_psu", "s.depth_m", "s.speed_mps",
                "s.pitch_rad", "s.roll_rad", "s.heading_rad", "s.ballast_cc", "s.pump_A", "s.vacuum_kPa", "s.battery_V"]
     SIGMA = dict(water=.03, salinity=.01, depth=.06, speed=.008, pitch=.006, roll=.007, heading=.012, ballast=2., pump=.05,
                  vacuum=.04, battery=.015)
     RED = dict(heading=(.4, 60), vacuum=(.3, 80))
     STEP = dict(ballast=1., vacuum=.02, depth=.02)
-    EXACT, WRAP = ("pitch", "roll", "heading"), ("heading",)
+    EXACT, WRAP = ("pitch", "roll", "heading"), dict(heading=(-math.pi, math.pi))
     SENSOR = {"bias:pitch": (3., 4.), "gain:speed": (.08, .11), "drift:vacuum": (5., 7.), "noise:roll": (1.6, 2.),
               "lag:ballast": (1.5, 2.2)}
     PHYSICAL = {
@@ -319,14 +294,14 @@ class Glider:
 
 class Packer:
     """The wrapper. Positive currents drive, negative ones brake; the dancer's way in mm, positive towards more tension."""
-    RATE, LENGTH, NOISES, WINDOW = .1, 2400, 6, 60
+    RATE, LENGTH, NOISES = .1, 2400, 6
     COLUMNS = ["t_s", "u.infeed_mps", "u.belt_mps", "u.reel_radps", "u.heater", "x.load_kg", "x.room_degC", "s.infeed_mps",
                "s.iinfeed_A", "s.belt_mps", "s.ibelt_A", "s.dancer_mm", "s.tension_N", "s.ireel_A", "s.seal_degC", "s.heater_A"]
     SIGMA = dict(load=.15, room=.1, infeed=.004, iinfeed=.06, belt=.004, ibelt=.07, dancer=.5, tension=.25, ireel=.08, seal=.3,
                  heater=.03)
     RED = dict(tension=(.4, 50), ibelt=(.3, 100))
     STEP = dict(seal=.1, load=.1)
-    EXACT, WRAP = ("dancer",), ()
+    EXACT = ("dancer",)
     SENSOR = {"bias:tension": (3., 4.), "gain:ibelt": (.07, .09), "drift:seal": (7., 9.), "noise:infeed": (1.6, 2.),
               "stuck:dancer": (5, 7)}
     PHYSICAL = {
@@ -417,7 +392,7 @@ class Packer:
 
 class Exo:
     """The exoskeleton. Angles positive in flexion, torques at the joint; each joint: angle, rate, motor's angle and rate, current."""
-    RATE, LENGTH, NOISES, WINDOW = .05, 2400, 6, 4
+    RATE, LENGTH, NOISES = .05, 2400, 6
     COLUMNS = ["t_s", "u.hip_Nm", "u.knee_Nm", "x.belt_mps", "x.incline_pct", "s.hip_rad", "s.knee_rad", "s.hiprate_radps",
                "s.kneerate_radps", "s.hiptorque_Nm", "s.kneetorque_Nm", "s.ihip_A", "s.iknee_A", "s.foot_N", "s.kneemotor_degC",
                "s.battery_V"]
@@ -425,7 +400,7 @@ class Exo:
                  iknee=.12, foot=14., kneemotor=.25, battery=.03)
     RED = dict(foot=(.4, 40), hiptorque=(.3, 200))
     STEP = dict(foot=5., kneemotor=.1)
-    EXACT, WRAP = ("hip", "knee", "belt", "incline"), ()
+    EXACT = ("hip", "knee", "belt", "incline")
     SENSOR = {"bias:hiptorque": (3., 4.), "gain:iknee": (.12, .16), "drift:hip": (8., 11.), "noise:kneerate": (1.6, 2.),
               "stuck:battery": (5, 7), "lag:foot": (.05, .08)}
     PHYSICAL = {
@@ -527,168 +502,20 @@ class Exo:
         return (hip, knee, hr, kr, *self.torque, *self.mean, self.load, self.hot, self.volts)
 
 
-CLASS = {"sprayer": Sprayer, "glider": Glider, "packer": Packer, "exo": Exo}
-VEHICLES = tuple(CLASS)
-FAULTS = {v: tuple(c.SENSOR) + tuple(c.PHYSICAL) for v, c in CLASS.items()}
-RATE = {v: c.RATE for v, c in CLASS.items()}
-LENGTH = {v: c.LENGTH for v, c in CLASS.items()}
-COLUMNS = {v: c.COLUMNS for v, c in CLASS.items()}
-SIGMA = {v: c.SIGMA for v, c in CLASS.items()}
-
-
-def names(c):
-    """(place in a row, short name) of sensors and context."""
-    return [(i, short(n)) for i, n in enumerate(c.COLUMNS[1:]) if n[0] in "sx"]
-
-
-def sensor(c, name):
-    return next(x for x in c.COLUMNS if x[:2] == "s." and short(x) == name)
-
-
-def simulate(vehicle, seed, fault, strength, began, p, window=0):
-    """Rows of what perfect sensors would read, whether the physical fault acts in them, and, with a window, what its twins read
-    less: [(row, differences)] of a machine without the fault that starts anew from the true state every so many rows."""
-    c = CLASS[vehicle]
-    machine, twin = c(random.Random("orchard machine %s %d" % (vehicle, seed))), None
-    dice, end = random.Random("orchard weather %s %d" % (vehicle, seed)), c.LENGTH * c.RATE
-    rows, acts, less = [], [], []
-    for k in range(c.LENGTH):
-        t, a = k * c.RATE, {}
-        u = machine.pilot(t)
-        w = [dice.gauss(0, 1) for _ in range(c.NOISES)]
-        if fault and k and t >= began and machine.inside(fault, p, u):
-            a[fault] = strength * ((t - began) / (end - began) if fault in c.RAMPS else 1)
-        if window and k % window == 0:
-            twin = copy.deepcopy(machine)
-        machine.step(u, w, a)
-        rows.append([*u, *machine.context(), *machine.sense()])
-        acts.append(int(bool(a)))
-        if twin:
-            twin.step(u, w, {})
-            less.append((k, [x - y for x, y in zip(machine.sense(), twin.sense())]))
-    return rows, acts, less
-
-
-def measure(vehicle, seed, rows):
+def measure(c, rows, q):
     """What sensors read: an offset and a scale of the run, white noise and part of them a wander."""
-    c, q = CLASS[vehicle], random.Random("orchard sensors %s %d" % (vehicle, seed))
-    out = [list(x) for x in rows]
     for i, name in names(c):
         sigma, (share, memory) = c.SIGMA[name], c.RED.get(name, (0., 1))
         scale, offset, slow = 1 + q.gauss(0, .002), q.gauss(0, .3) * sigma, q.gauss(0, share)
         if name in c.EXACT:
             scale = 1.
-        for x in out:
+        for x in rows:
             slow = red(slow, q.gauss(0, 1), memory, share)
             x[i] = x[i] * scale + offset + sigma * (slow + q.gauss(0, 1))
-    return out
+    return rows
 
 
-def spoil(c, what, hit, size, rows, true, start, q):
-    """Puts a sensor fault into the rows from `start` on; the hit column only."""
-    kept, slow = None, true[max(0, start - 1)][hit]
-    for k in range(start, len(rows)):
-        x = rows[k]
-        if what == "bias":
-            x[hit] += size
-        elif what == "drift":
-            x[hit] += size * (k - start + 1) / (len(rows) - start)
-        elif what == "gain":
-            x[hit] += size * true[k][hit]
-        elif what == "noise":
-            x[hit] += q.gauss(0, size)
-        elif what == "stuck":
-            kept = x[hit] = x[hit] if (k - start) % int(size) == 0 else kept
-        elif what == "lag":
-            slow += (1 - math.exp(-c.RATE / size)) * (true[k][hit] - slow)
-            x[hit] += slow - true[k][hit]
-
-
-def finish(c, rows):
-    """Rounds, wraps and puts the time in front."""
-    for i, name in names(c):
-        step = c.STEP.get(name)
-        for x in rows:
-            if step:
-                x[i] = round(round(x[i] / step) * step, 6)
-            if name in c.WRAP:
-                x[i] = wrap(x[i])
-    return [[round(k * c.RATE, 6)] + x for k, x in enumerate(rows)]
-
-
-def plan(vehicle, seed, fault):
-    """What is drawn for a fault: (began, place, part of its strength, sign, dice)."""
-    c = CLASS[vehicle]
-    q = random.Random("orchard fault %s %s %d" % (vehicle, fault, seed))
-    onset, early = q.uniform(.25, .6) * c.LENGTH * c.RATE, q.random() < .5
-    p, part, sign = [q.random() for _ in range(4)], q.random(), q.choice([-1, 1])
-    placed = fault in c.PHYSICAL and c.PHYSICAL[fault][3]
-    return 0. if placed and early else onset, p, part, sign, q
-
-
-def run(vehicle, seed, fault=None):
-    """(columns, rows, truth) of one run; truth is None in a healthy one."""
-    c = CLASS[vehicle]
-    if fault and fault not in FAULTS[vehicle]:
-        raise ValueError("%s has no fault %s" % (vehicle, fault))
-    began, p, part, sign, q = plan(vehicle, seed, fault)
-    truth = None
-    if fault in c.PHYSICAL:
-        low, high, columns, features = c.PHYSICAL[fault]
-        true, acts, _ = simulate(vehicle, seed, fault, low + (high - low) * part, began, p)
-        first = round(acts.index(1) * c.RATE, 6) if any(acts) else began
-        truth = dict(columns={sensor(c, a): s for a, s in columns.items()}, onset=first, rows=acts, features=features, size=None,
-                     kinds=None)
-    else:
-        true = simulate(vehicle, seed, None, 0., 0., p)[0]
-    rows = measure(vehicle, seed, true)
-    if fault and not truth:
-        what, _, name = fault.partition(":")
-        column, (low, high) = sensor(c, name), c.SENSOR[fault]
-        hit, start = c.COLUMNS.index(column) - 1, int(math.ceil(began / c.RATE))
-        size = low + (high - low) * part
-        if what in ("bias", "drift", "gain"):
-            size *= sign
-        if what in ("bias", "drift", "noise"):
-            size *= c.SIGMA[name]
-        size = round(size) if what == "stuck" else size
-        spoil(c, what, hit, size, rows, true, start, q)
-        signed = what in ("bias", "drift") or what == "gain" and min(x[hit] for x in true) >= 0
-        truth = dict(columns={column: sign if signed else 0}, onset=began, rows=[int(k >= start) for k in range(c.LENGTH)],
-                     features=(), size=size if what == "bias" else None, kinds=KINDS.get(what))
-    return list(c.COLUMNS), finish(c, rows), truth
-
-
-def main():
-    rms = lambda v: math.sqrt(sum(x * x for x in v) / len(v)) if v else math.nan
-    for v in sys.argv[1:] or VEHICLES:
-        c, seed = CLASS[v], 900
-        healthy = run(v, seed)[1]
-        runs = [healthy] + [run(v, i)[1] for i in (1, 2)]
-        print("%s: %d rows of %g s" % (v, c.LENGTH, c.RATE))
-        for j, name in enumerate(c.COLUMNS[1:], 1):
-            cut = [sorted(x[j] for x in rows) for rows in runs]
-            print("  %-18s %s" % (name, " | ".join("%9.4g %9.4g %9.4g" % (x[0], x[len(x) // 2], x[-1]) for x in cut)))
-        sensors = [short(x) for x in c.COLUMNS if x[0] == "s"]
-        for fault in FAULTS[v]:
-            if ":" in fault:
-                _, rows, truth = run(v, seed, fault)
-                j = c.COLUMNS.index(next(iter(truth["columns"])))
-                d = [(x[j] - y[j]) / c.SIGMA[short(c.COLUMNS[j])] for x, y, on in zip(rows, healthy, truth["rows"]) if on]
-                print("  %-16s %s rows %d, mean %+.1f rms %.1f end %+.1f" % (fault, truth["columns"], len(d), sum(d) / len(d),
-                                                                           rms(d), d[-1]))
-                continue
-            began, p, part, _, _ = plan(v, seed, fault)
-            low, high, told, _ = c.PHYSICAL[fault]
-            _, acts, less = simulate(v, seed, fault, low + (high - low) * part, began, p, c.WINDOW)
-            shown = [d for k, d in less if acts[k]]
-            parts = []
-            for i, n in enumerate(sensors):
-                x = [(wrap(d[i]) if n in c.WRAP else d[i]) / c.SIGMA[n] for d in shown]
-                if n in told or rms(x) > .5:
-                    parts.append("%s%s %+.1f/%.1f" % ("*" if n in told else "", n, sum(x) / max(1, len(x)), rms(x)))
-            print("  %-16s rows %4d: %s" % (fault, sum(acts), "  ".join(parts)))
-
-
-if __name__ == "__main__":
-    main()
+LOT = Lot("orchard", {"sprayer": Sprayer, "glider": Glider, "packer": Packer, "exo": Exo}, measure)
+VEHICLES, FAULTS = tuple(LOT.machines), LOT.faults
+RATE, LENGTH, COLUMNS = LOT.of("RATE"), LOT.of("LENGTH"), LOT.of("COLUMNS")
+run = LOT.run

@@ -34,9 +34,8 @@ offset and scale. Sizes: SENSOR, in SIGMA (bias, the end of a drift, the noise t
 one (gain), or rows for which a reading is kept.
 """
 import math
-import random
 
-from harbour import KINDS, clip, finish, names, now, sensor, some, steps, wrap
+from lot import Lot, clip, names, now, some, steps, wrap
 
 G = 9.81
 TURN = 2 * math.pi
@@ -121,7 +120,7 @@ class Forklift:
         self.load += clip(self.loads[self.o][1] - self.load, -200, 200)
         return self.drive, self.steer, self.lever
 
-    def inside(self, fault, p):
+    def inside(self, fault, p, u):
         if fault == "rail":
             return self.mast > .4 + .6 * p[0] and self.lever > .1
         return fault != "reverse" or self.v < -.1
@@ -245,7 +244,7 @@ class Tractor:
         self.pull += clip(self.drafts[self.k][1] - self.pull, -.5, .5)
         return self.set, self.ratio, self.pull, self.down
 
-    def inside(self, fault, p):
+    def inside(self, fault, p, u):
         if fault == "creep":
             return self.slope > .3 + .9 * p[0]
         return fault != "surge" or 1560 + 220 * p[0] < self.rpm < 1750 + 220 * p[0]
@@ -370,7 +369,7 @@ class Ebike:
                 self.gear, self.shifted = self.gear - 1, t
         return self.aids[self.j][1], float(self.gear), self.brake
 
-    def inside(self, fault, p):
+    def inside(self, fault, p, u):
         if fault == "hall":
             return 56 + 10 * p[0] < self.cad < 69 + 10 * p[0]
         return fault != "cog" or (self.slope > .6 + .8 * p[0] and self.cad > 20)
@@ -486,7 +485,7 @@ class Hovercraft:
         self.fan += clip(self.fans[self.j][1] - self.fan, -.01, .01)
         return self.thrust, order, self.fan
 
-    def inside(self, fault, p):
+    def inside(self, fault, p, u):
         if fault == "weed":
             n, e = -400 + 400 * p[0], -400 + 400 * p[1]
             return n < self.north < n + 400 and e < self.east < e + 400
@@ -549,101 +548,19 @@ class Hovercraft:
                 self.shaft, self.aw, self.awa, self.engine)
 
 
-CLASS = {"forklift": Forklift, "tractor": Tractor, "ebike": Ebike, "hovercraft": Hovercraft}
-VEHICLES = tuple(CLASS)
-FAULTS = {v: tuple(c.SENSOR) + tuple(c.PHYSICAL) for v, c in CLASS.items()}
-RATE = {v: c.RATE for v, c in CLASS.items()}
-LENGTH = {v: c.LENGTH for v, c in CLASS.items()}
-COLUMNS = {v: c.COLUMNS for v, c in CLASS.items()}
-
-
-def simulate(vehicle, seed, fault, strength, began, p):
-    """Rows of what perfect sensors would read, and whether the physical fault acts in them."""
-    c = CLASS[vehicle]
-    machine = c(random.Random("quay machine %s %d" % (vehicle, seed)))
-    dice, end = random.Random("quay weather %s %d" % (vehicle, seed)), c.LENGTH * c.RATE
-    rows, acts = [], []
-    for k in range(c.LENGTH):
-        t, a = k * c.RATE, {}
-        u = machine.pilot(t)
-        if fault and k and t >= began and machine.inside(fault, p):
-            a[fault] = strength * ((t - began) / (end - began) if fault in c.RAMPS else 1)
-        machine.step(u, [dice.gauss(0, 1) for _ in range(c.NOISES)], a)
-        rows.append([*u, *machine.context(), *machine.sense()])
-        acts.append(int(bool(a)))
-    return rows, acts
-
-
-def measure(vehicle, seed, rows):
+def measure(c, rows, q):
     """What sensors read: an offset and a scale of the run, and white noise."""
-    c, q = CLASS[vehicle], random.Random("quay sensors %s %d" % (vehicle, seed))
-    out = [list(x) for x in rows]
     for i, name in names(c):
         sigma = c.SIGMA[name]
         scale, offset = 1 + q.gauss(0, .002), q.gauss(0, .3) * sigma
         if name in c.EXACT or name in getattr(c, "WRAP", ()):
             scale = 1.
-        for x in out:
+        for x in rows:
             x[i] = x[i] * scale + offset + sigma * q.gauss(0, 1)
-    return out
+    return rows
 
 
-def spoil(what, hit, size, rows, true, start, q):
-    """Puts a sensor fault into the rows from `start` on; the hit column only."""
-    kept = None
-    for k in range(start, len(rows)):
-        x = rows[k]
-        if what == "bias":
-            x[hit] += size
-        elif what == "drift":
-            x[hit] += size * (k - start) / (len(rows) - start)
-        elif what == "gain":
-            x[hit] += size * true[k][hit]
-        elif what == "noise":
-            x[hit] += q.gauss(0, size)
-        elif what == "stuck":
-            kept = x[hit] = x[hit] if (k - start) % int(size) == 0 else kept
-
-
-def plan(vehicle, seed, fault):
-    """What is drawn for a fault: (began, p, part, sign)."""
-    c = CLASS[vehicle]
-    q = random.Random("quay fault %s %s %d" % (vehicle, fault, seed))
-    onset, early = q.uniform(.25, .6) * c.LENGTH * c.RATE, q.random() < .5
-    p, part, sign = [q.random() for _ in range(4)], q.random(), q.choice([-1, 1])
-    placed = fault in c.PHYSICAL and c.PHYSICAL[fault][3]
-    return 0. if placed and early else onset, p, part, sign, q
-
-
-def run(vehicle, seed, fault=None):
-    """(columns, rows, truth) of one run; truth is None in a healthy one."""
-    c = CLASS[vehicle]
-    if fault and fault not in FAULTS[vehicle]:
-        raise ValueError("%s has no fault %s" % (vehicle, fault))
-    began, p, part, sign, q = plan(vehicle, seed, fault)
-    truth = None
-    if fault in c.PHYSICAL:
-        low, high, columns, features = c.PHYSICAL[fault]
-        true, acts = simulate(vehicle, seed, fault, low + (high - low) * part, began, p)
-        first = round(acts.index(1) * c.RATE, 6) if any(acts) else began
-        truth = dict(columns={sensor(c, a): s for a, s in columns.items()}, onset=first, rows=acts,
-                     features=features, size=None, kinds=None)
-    else:
-        true, _ = simulate(vehicle, seed, None, 0., 0., p)
-    rows = measure(vehicle, seed, true)
-    if fault and not truth:
-        what, _, name = fault.partition(":")
-        column, (low, high) = sensor(c, name), c.SENSOR[fault]
-        hit, start = c.COLUMNS.index(column) - 1, int(math.ceil(began / c.RATE))
-        size = low + (high - low) * part
-        if what in ("bias", "drift", "gain"):
-            size *= sign
-        if what in ("bias", "drift", "noise"):
-            size *= c.SIGMA[name]
-        size = round(size) if what == "stuck" else size
-        spoil(what, hit, size, rows, true, start, q)
-        signed = what in ("bias", "drift") or what == "gain" and min(x[hit] for x in true) >= 0
-        truth = dict(columns={column: sign if signed else 0}, onset=began,
-                     rows=[int(k >= start) for k in range(c.LENGTH)], features=(),
-                     size=size if what == "bias" else None, kinds=KINDS.get(what))
-    return list(c.COLUMNS), finish(c, rows), truth
+LOT = Lot("quay", {"forklift": Forklift, "tractor": Tractor, "ebike": Ebike, "hovercraft": Hovercraft}, measure)
+VEHICLES, FAULTS = tuple(LOT.machines), LOT.faults
+RATE, LENGTH, COLUMNS = LOT.of("RATE"), LOT.of("LENGTH"), LOT.of("COLUMNS")
+run = LOT.run
