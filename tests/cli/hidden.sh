@@ -87,7 +87,9 @@ if [ $count -eq 40 ]; then
   # And channel by channel: rockets through a layer of wind, a reaction wheel whose start is noisy,
   # cranes with payloads of their own, a centrifuge, which turns one way; two with nothing wrong.
   printf 'found 1\nfirst 1\nall .8\ngain_tenth .9\nfalse 0\nworse 0\n' > floors.txt
-  "$hidden/channels.py" --rim "$RIM" --seeds 170023,170024,170025,170026,170032,170033 \
+  guests=170023,170025,170026,170032
+  is_long && guests=$guests,170024,170033
+  "$hidden/channels.py" --rim "$RIM" --seeds $guests \
     --floors floors.txt > channels.txt 2>&1
   check "guests, channel by channel" 0 $?
   cat channels.txt
