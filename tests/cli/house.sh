@@ -14,6 +14,12 @@ sed -i 's/^base:.*/base: monitor/' "$here/tree/lib/rooms.txt"
 err=$(python3 "$here/tree/tests/rooms.py" lib 2>&1 > /dev/null); check "a cycle in the table fails" 1 $?
 contains "and is named" "$err" "form a cycle: .*base.*monitor"
 
+# The mutants that a reader found to be the same program: each names a line that is still in its source.
+none() { (cd "$root" && python3 tests/assurance/mutate.py "$BUILD" --number 0 --equivalent "$1" 2>&1); }
+contains "every equivalent mutant is of a line in the source" "$(none tests/assurance/equivalent.txt)" "no place to try"
+echo 'lib/src/base/crc.c | no such line; | no; | it is gone' > "$here/gone.txt"
+contains "one that is not is named" "$(none "$here/gone.txt")" "gone.txt:1: .*a line that is in the source"
+
 if [ -n "$SANITIZE" ]; then skipped=2; finish; fi
 "$root/lib/check_symbols.sh" nm "$BUILD/librim.a" names; check "names begin with rim_ or rimi_" 0 $?
 python3 "$root/lib/api.py" nm "$BUILD/librim.a" > "$here/said" 2>&1; check "every public symbol is declared in a public header" 0 $? || tail -5 "$here/said"
