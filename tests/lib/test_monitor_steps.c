@@ -26,6 +26,15 @@ static recipe with_steps(void) {
   return r;
 }
 
+/* A row of a flight with a gap in its middle, too long to be filled. */
+static void row_of_flight(uint32_t t) {
+  row now;
+  rim_verdict verdict;
+  make_row(&now, false, 915, t, 0.0);
+  now.view.t_s += t >= 20 * BLOCK ? 100.0 * PERIOD_S : 0.0;
+  assert_int_equal(rim_monitor_step(b.monitor, &now.view, &verdict), RIM_OK);
+}
+
 static void steps_are_looked_at(void **state) {
   (void)state;
   recipe r = with_steps();
@@ -38,12 +47,8 @@ static void steps_are_looked_at(void **state) {
   double before = 0.0;
   uint32_t seen = 0, gaps = 0;
   for (uint32_t t = 0; t < 40 * BLOCK; ++t) {
-    row now;
-    rim_verdict verdict;
     const uint32_t seen_before = rimi_search_blocks(b.monitor->search);
-    make_row(&now, false, 915, t, 0.0);
-    now.view.t_s += t >= 20 * BLOCK ? 100.0 * PERIOD_S : 0.0; /* a gap too long to be filled */
-    assert_int_equal(rim_monitor_step(b.monitor, &now.view, &verdict), RIM_OK);
+    row_of_flight(t);
     if (rimi_search_blocks(b.monitor->search) == seen_before)
       continue;
     const double x = fmin(fmax(rimi_blocks_context(b.monitor->rows)[0], -4.0), 4.0);
@@ -65,6 +70,28 @@ static void steps_are_looked_at(void **state) {
   r = calibrated[0];
   put_quadratic(&r.section[RIM_SECTION_QUADRATIC], D, 1, RIM_QUADRATIC_STEPS);
   assert_int_equal(status_of_image(&r), RIM_E_CONFIG); /* models without channels */
+}
+
+/* What outcome 0 is held against is products of readings of the block before: behind a gap nothing
+ * is known of that, but of outcome 1 it is. */
+static void products_need_the_block_before(void **state) {
+  (void)state;
+  recipe r = calibrated[0];
+  put_quadratic(&r.section[RIM_SECTION_QUADRATIC], D, 0, RIM_QUADRATIC_AGREES);
+  bytes *agreement = &r.section[RIM_SECTION_AGREEMENT];
+  put_f32(agreement->byte + 16 + 4 * O, AGREEMENT_QUADRATIC); /* without integrands */
+  make_bench_of(&b, &r, false);
+  uint32_t alone = 0;
+  for (uint32_t t = 0; t < 40 * BLOCK; ++t) {
+    row_of_flight(t);
+    const uint32_t seen = rimi_search_blocks(b.monitor->search);
+    if (seen == 0 || t % BLOCK != BLOCK - 1)
+      continue;
+    alone += !search_is_known(b.monitor->search, O, seen - 1);
+    assert_true(search_is_known(b.monitor->search, O + 1, seen - 1));
+    assert_true(search_is_known(b.monitor->search, 0, seen - 1));
+  }
+  assert_int_equal(alone, 2); /* the first, and that behind the gap */
 }
 
 /* One wrong sensor disturbs the steps of several outcomes: they lead where nothing else does. */
@@ -106,6 +133,7 @@ static void steps_lead_last(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(steps_are_looked_at),
+                                     cmocka_unit_test(products_need_the_block_before),
                                      cmocka_unit_test(steps_lead_last)};
   return cmocka_run_group_tests(tests, set_up, NULL);
 }
