@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-enum { FLIGHT = 360, POISON = 0x5a };
+enum { FLIGHT = 360 };
 
 typedef struct exact {
   uint8_t *image, *memory;
