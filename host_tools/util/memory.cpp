@@ -7,7 +7,7 @@ namespace rim {
 
 void map_large_pieces() {
 #ifdef M_MMAP_THRESHOLD
-  constexpr int bytes = 128 * 1024;
+  constexpr int bytes = 8 * 1024 * 1024;
   ::mallopt(M_MMAP_THRESHOLD, bytes);
 #endif
 #ifdef M_TOP_PAD
