@@ -10,6 +10,10 @@
 # 'N passed, N failed[, N skipped]'.
 set -u
 export logs=$BUILD/test-logs limit=${TEST_TIMEOUT:-600}
+# Python keeps what it compiled in the build folder: without that, every call compiles its packages anew
+# (those of build/venv are installed uncompiled), and with its default it would write beside the sources.
+unset PYTHONDONTWRITEBYTECODE
+export PYTHONPYCACHEPREFIX=$BUILD/pycache
 rm -rf "$logs"; mkdir -p "$logs"
 twice=$(for t in "$@"; do basename "$t" .sh; done | sort | uniq -d)
 [ -z "$twice" ] || { echo "run.sh: two tests have this name: $twice" >&2; exit 1; }
