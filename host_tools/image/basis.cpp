@@ -24,15 +24,46 @@ std::size_t filters_of(const Basis::Term &term) {
   }
 }
 
+namespace {
+
+void put(SectionBytes *bytes, std::initializer_list<const std::vector<double> *> all) {
+  for (const auto *numbers : all) {
+    for (const double v : *numbers)
+      bytes->f32(static_cast<float>(v));
+  }
+}
+
+// How runs begin, and how far they go.
+void put_begins(SectionBytes *bytes, const Basis &basis) {
+  put(bytes, {&basis.first, &basis.first_sd, &basis.start, &basis.start_sd});
+  if (!(basis.learnt_s > 0.0))
+    return;
+  bytes->f32(static_cast<float>(basis.learnt_s));
+  for (std::size_t k = 0; k < 2 * basis.inputs.size() * basis.share.size(); ++k)
+    bytes->f32(
+        static_cast<float>(basis.begin.empty() ? static_cast<double>(k % 2) : basis.begin[k]));
+  if (!basis.later.empty())
+    bytes->f32(static_cast<float>(basis.late_nats));
+  put(bytes, {&basis.later, &basis.later_sd});
+}
+
+// The header's word S.
+std::size_t what_is_known_of_begins(const Basis &basis) {
+  return basis.first_sd.empty()    ? 0
+         : basis.start.empty()     ? 1
+         : !(basis.learnt_s > 0.0) ? 2
+         : basis.later.empty()     ? 3
+                                   : 4;
+}
+
+} // namespace
+
 std::vector<std::uint8_t> basis_section(const Basis &basis) {
   SectionBytes bytes;
-  for (const std::size_t word : {std::size_t{BASIS_LAYOUT}, basis.inputs.size(), basis.share.size(),
-                                 basis.terms.size(), basis.means.size(),
-                                 std::size_t{basis.first_sd.empty() ? 0U
-                                             : basis.start.empty()  ? 1U
-                                             : basis.learnt_s > 0.0 ? 3U
-                                                                    : 2U},
-                                 basis.states.size(), basis.rates.size()})
+  for (const std::size_t word :
+       {std::size_t{BASIS_LAYOUT}, basis.inputs.size(), basis.share.size(), basis.terms.size(),
+        basis.means.size(), what_is_known_of_begins(basis), basis.states.size(),
+        basis.rates.size()})
     bytes.u32(static_cast<std::uint32_t>(word));
   for (const Basis::Input &input : basis.inputs) {
     bytes.u16(input.a);
@@ -46,28 +77,13 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     bytes.u16(term.b);
     bytes.u16(term.c);
   }
-  for (const auto *numbers : {&basis.center, &basis.inverse_sd}) {
-    for (const double v : *numbers)
-      bytes.f32(static_cast<float>(v));
-  }
+  put(&bytes, {&basis.center, &basis.inverse_sd});
   for (const std::uint16_t filter : basis.means) {
     bytes.u16(filter);
     bytes.u16(0);
   }
-  for (const auto *numbers : {&basis.mean_center, &basis.mean_inverse_sd}) {
-    for (const double v : *numbers)
-      bytes.f32(static_cast<float>(v));
-  }
-  for (const auto *numbers : {&basis.first, &basis.first_sd, &basis.start, &basis.start_sd}) {
-    for (const double v : *numbers)
-      bytes.f32(static_cast<float>(v));
-  }
-  if (basis.learnt_s > 0.0) {
-    bytes.f32(static_cast<float>(basis.learnt_s));
-    for (std::size_t k = 0; k < 2 * basis.inputs.size() * basis.share.size(); ++k)
-      bytes.f32(
-          static_cast<float>(basis.begin.empty() ? static_cast<double>(k % 2) : basis.begin[k]));
-  }
+  put(&bytes, {&basis.mean_center, &basis.mean_inverse_sd});
+  put_begins(&bytes, basis);
   for (std::size_t s = 0; s < (basis.states.size() + 1) / 2 * 2; ++s)
     bytes.u16(s < basis.states.size() ? basis.states[s].outcome : std::uint16_t{0});
   for (const Basis::State &state : basis.states) {

@@ -19,6 +19,11 @@ constexpr std::size_t kMostRuns = 48;
 constexpr double kBeginAlike = 0.05; // standard deviation of the first rows, over the range
 // The past must lower the error by so much, on average over the outcomes.
 constexpr double kBeginMustWin = 0.02;
+// Blocks after this part of a run are later ones.
+constexpr double kLaterFrom = 0.1;
+// As one of these a first block must be likelier, and by so many nats more than any first one was.
+constexpr double kLateNats = 3.0;
+constexpr double kLeastSd = 0.01; // of a feature's range
 // A mean tells of itself where less than this part of it comes from before the first row.
 constexpr double kMostFromBefore = 0.5;
 
@@ -121,6 +126,63 @@ void learn_begin(Basis *basis, double period_s,
     gain += std::log(std::max(as_first[o], 1e-300) / std::max(as_usual[o], 1e-300));
   if (gain > kBeginMustWin * static_cast<double>(as_first.size()))
     basis->begin = other.begin;
+}
+
+namespace {
+
+// By rimi_basis_later() of all features, as begins_late() in lib/src/monitor/blocks_unknown.c.
+double nats_later(const Basis &basis, const Layout &layout, const Eigen::VectorXd &start) {
+  double nats = 0.0, most = 0.0;
+  for (std::size_t f = 0; f < basis.later.size(); ++f) {
+    if (is_angle(layout, f))
+      continue;
+    const double first[2] = {basis.start[f], basis.start_sd[f]};
+    const double later[2] = {basis.later[f], basis.later_sd[f]};
+    const double of_one = rimi_basis_later(start[static_cast<Eigen::Index>(f)], first, later);
+    nats += of_one;
+    if (is_outcome(layout, f))
+      most = std::max(most, of_one);
+  }
+  return nats - most;
+}
+
+} // namespace
+
+void learn_later(Basis *basis, const Layout &layout, const RunStore &runs) {
+  const auto features = static_cast<Eigen::Index>(layout.features());
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(features), squares = sum;
+  Eigen::ArrayXd low = Eigen::ArrayXd::Constant(features, HUGE_VAL), high = -low;
+  double n = 0.0;
+  for (const BlockRun &run : runs) {
+    const auto first = static_cast<Eigen::Index>(kLaterFrom * static_cast<double>(run.blocks()));
+    for (Eigen::Index b = 0; b < run.blocks(); ++b) {
+      const Eigen::ArrayXd x = run.context.row(b).transpose();
+      low = low.min(x);
+      high = high.max(x);
+      if (b <= first)
+        continue;
+      sum += x;
+      squares += x.square();
+      n += 1.0;
+    }
+  }
+  basis->later.clear();
+  basis->later_sd.clear();
+  if (n < 1.0)
+    return;
+  for (Eigen::Index f = 0; f < features; ++f) {
+    const double mean = sum[f] / n;
+    const double variance = std::max(squares[f] / n - mean * mean, 0.0);
+    const double width = high[f] - low[f] + 1e-6 * std::abs(mean) + 1e-9;
+    basis->later.push_back(mean);
+    basis->later_sd.push_back(std::max(std::sqrt(variance), kLeastSd * width));
+  }
+  basis->late_nats = 0.0;
+  for (const BlockRun &run : runs) {
+    if (run.start.size() > 0)
+      basis->late_nats =
+          std::max(basis->late_nats, nats_later(*basis, layout, run.start) + kLateNats);
+  }
 }
 
 } // namespace rim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// train/begin.hpp - what the commands were before a run's first row.
+// train/begin.hpp - what the commands were before a run's first row, and whether a run began there.
 //
 // An exponential mean of a command needs a past that no log holds. Where a vehicle stands still
 // before its log begins, the first row's command is that past. Where logs are cut out of longer
@@ -26,5 +26,11 @@ std::vector<std::size_t> runs_for_begin(const Survey &survey);
 // basis; it is called three times.
 void learn_begin(Basis *basis, double period_s,
                  const std::function<RunStore(const Basis &)> &blocks);
+
+// After learn_start(): what the features are in the later blocks of the runs, and how much likelier
+// a first block must be as one of these than as a first one, so that none of these runs seems to
+// have begun late: a monitor that is started under way has no past either. Leaves it empty where no
+// run has later blocks. O(blocks x features).
+void learn_later(Basis *basis, const Layout &layout, const RunStore &runs);
 
 } // namespace rim

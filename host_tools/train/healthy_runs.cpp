@@ -159,8 +159,10 @@ void learn_starts(HealthyRuns *healthy) {
     healthy->input.left_out += run.left_out;
   }
   learn_start(&healthy->plan.basis, starts, healthy->low, healthy->high);
-  if (!plan.layout.external) // the user's predictions hold for as long as the user says
-    healthy->plan.basis.learnt_s = learnt_length(lengths_s);
+  if (plan.layout.external) // the user's predictions hold for as long as the user says
+    return;
+  healthy->plan.basis.learnt_s = learnt_length(lengths_s);
+  learn_later(&healthy->plan.basis, plan.layout, healthy->runs);
 }
 
 Survey checked_survey(LogSet *logs) {

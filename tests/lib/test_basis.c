@@ -206,7 +206,7 @@ static void how_healthy_runs_begin_is_read_back(void **state) {
   bad.size -= 4;
   assert_int_equal(basis_status(&bad), RIM_E_TRUNCATED);
   bad = b;
-  put_u32(bad.byte + 20, 4);
+  put_u32(bad.byte + 20, 5);
   assert_int_equal(basis_status(&bad), RIM_E_RANGE);
   bad = b;
   put_f32(bad.byte + b.size - 4, 0.0);

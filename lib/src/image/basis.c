@@ -118,6 +118,9 @@ static bool begins_are_finite(const rim_basis *b, uint32_t features, uint32_t ou
          (b->first_sd == NULL || numbers_are_positive(b->first_sd, outcomes)) &&
          (b->start == NULL || (numbers_are_finite(b->start, features) &&
                                numbers_are_positive(b->start_sd, features))) &&
+         (b->later == NULL || (b->late_nats >= 0.0 && rimi_is_finite(b->late_nats) &&
+                               numbers_are_finite(b->later, features) &&
+                               numbers_are_positive(b->later_sd, features))) &&
          (b->begin == NULL || (b->learnt_s > 0.0 && rimi_is_finite(b->learnt_s) &&
                                numbers_are_finite(b->begin, 2u * (size_t)b->inputs * b->times)));
 }
@@ -139,15 +142,16 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
       b.means > BASIS_MAX_MEANS || b.states > BASIS_MAX_STATES || b.rates > BASIS_MAX_RATES)
     return RIM_E_RANGE;
   const uint32_t spread = rimi_le_u32(section, 5);
-  if (spread > 3u)
+  if (spread > 4u)
     return RIM_E_RANGE;
   const size_t firsts = spread > 0u ? 2u : 1u; /* numbers per outcome */
   const size_t starts = spread > 1u ? 2u : 0u; /* per feature */
   const size_t begins = spread > 2u ? 1u + 2u * (size_t)b.inputs * b.times : 0u;
+  const size_t laters = spread > 3u ? 1u + 2u * (size_t)features : 0u;
   const size_t need =
       4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
             3u * (size_t)b.means + firsts * (size_t)outcomes + starts * (size_t)features + begins +
-            ((size_t)b.states + 1u) / 2u + 2u * (size_t)b.states + 3u * (size_t)b.rates);
+            laters + ((size_t)b.states + 1u) / 2u + 2u * (size_t)b.states + 3u * (size_t)b.rates);
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   b.input = section + 4u * HEADER_WORDS;
@@ -166,7 +170,11 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
       b.first + 4u * (firsts * (size_t)outcomes + starts * (size_t)features);
   b.begin = spread > 2u ? after_starts + 4u : NULL;
   b.learnt_s = spread > 2u ? (double)rimi_le_f32(after_starts, 0) : 0.0;
-  b.state = after_starts + 4u * begins;
+  const uint8_t *const after_begins = after_starts + 4u * begins;
+  b.late_nats = spread > 3u ? (double)rimi_le_f32(after_begins, 0) : 0.0;
+  b.later = spread > 3u ? after_begins + 4u : NULL;
+  b.later_sd = spread > 3u ? b.later + 4u * features : NULL;
+  b.state = after_begins + 4u * laters;
   b.limit = b.state + 4u * (((size_t)b.states + 1u) / 2u);
   b.rate = b.limit + 8u * (size_t)b.states;
   b.weight = b.rate + 8u * (size_t)b.rates;
@@ -178,6 +186,13 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
     return RIM_E_DATA;
   *view = b;
   return RIM_OK;
+}
+
+double rimi_basis_later(double x, const double start[2], const double later[2]) {
+  const double limit = BASIS_LATER_LIMIT;
+  const double s = rimi_clamp((x - start[0]) / start[1], -limit, limit);
+  const double l = rimi_clamp((x - later[0]) / later[1], -limit, limit);
+  return 0.5 * (s * s - l * l) + rimi_log(start[1] / later[1]);
 }
 
 rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,

@@ -15,14 +15,18 @@
  *   u16 mean[M][2]        filter, 0: the exponential means that the noise models use
  *   f32 center[M], inverse_sd[M]
  *   f32 first[outcomes]   mean first reading of each outcome in healthy runs
- *   f32 first_sd[outcomes]   where S is 1 or 2: their standard deviation, > 0. A first reading is
+ *   f32 first_sd[outcomes]   where S is 1 to 4: their standard deviation, > 0. A first reading is
  * limited to BASIS_FIRST_LIMIT of it, or a sensor that is wrong from the start would be believed.
- *   f32 start[features], start_sd[features]   where S is 2 or 3: what the features are in the first
+ *   f32 start[features], start_sd[features]   where S is 2 to 4: what the features are in the first
  * block of healthy runs, and how they differ from run to run (> 0, widened for few runs). A run
  * that begins otherwise is taken to have begun before its first row.
- *   where S is 3: f32 learnt_s > 0, how far the healthy runs went; f32 begin[I][T][2]: before the
- * first row an exponential mean is taken to be begin[0] + begin[1] times its input. Without: as its
- * input in the first row, and the models are taken to hold for ever.
+ *   where S is 3 or 4: f32 learnt_s > 0, how far the healthy runs went; f32 begin[I][T][2]: before
+ * the first row an exponential mean is taken to be begin[0] + begin[1] times its input. Without: as
+ * its input in the first row, and the models are taken to hold for ever.
+ *   where S is 4: f32 late_nats >= 0, later[features], later_sd[features]: what the features are in
+ * the later blocks of healthy runs, in mean and standard deviation (> 0). A run whose first block
+ * is likelier by late_nats or more as one of these than as a first one, without the outcome that
+ * says most for it (rimi_basis_later()), is taken to have begun before its first row as well.
  *   u16 state[2 ceil(Z / 2)]   the outcome that a state predicts, rolled forward (rolled.h)
  *   f32 limit[Z][2]       lowest and highest value of a state
  *   u16 rate[Q][4]        a state, and three factors of a part of its change per second: a filter's
@@ -61,6 +65,7 @@
 #define BASIS_CLIP 6.0 /* standard deviations of a term */
 #define BASIS_FIRST_LIMIT 4.0
 #define BASIS_START_LIMIT 4.0 /* standard deviations of a first block */
+#define BASIS_LATER_LIMIT 6.0 /* standard deviations that one feature counts, at most */
 #define BASIS_MEAN_CLIP 4.0   /* of a mean, so that it fits into a byte */
 
 typedef enum basis_op {
@@ -83,10 +88,17 @@ typedef enum basis_op {
 typedef struct rim_basis {
   uint32_t inputs, times, terms, means, states, rates;
   const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
-      *first, *first_sd, *start, *start_sd, *begin; /* from first_sd on: NULL without */
+      *first, *first_sd, *start, *start_sd, *begin, *later, *later_sd; /* from first_sd on: NULL
+                                                                          without */
   const uint8_t *state, *limit, *rate, *weight;
-  double learnt_s; /* 0: not known */
+  double learnt_s;  /* 0: not known */
+  double late_nats; /* where there is later */
 } rim_basis;
+
+/* By how many nats a block mean x is likelier in a later block of a run than in its first one, each
+ * normal: start and later are {mean, standard deviation}. At most BASIS_LATER_LIMIT standard
+ * deviations count. */
+double rimi_basis_later(double x, const double start[2], const double later[2]);
 
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE
  * a count or index out of range (features, outcomes: of the image); RIM_E_DATA a number not finite

@@ -78,26 +78,40 @@ bool rimi_blocks_find_out(blocks *b) {
   return any_out;
 }
 
+static bool is_outcome(const blocks *b, size_t feature) {
+  for (size_t o = 0; o < b->config.outcomes; ++o) {
+    if (rimi_le_u16(b->config.outcome_feature, o) == feature)
+      return true;
+  }
+  return false;
+}
+
 /* Whether the features of the run's first block are none that healthy runs begin with: one that is
- * given to the vehicle, or several outcomes. One outcome alone may be a sensor that is wrong, and
- * one that is out of range is. */
+ * given to the vehicle, or several outcomes; or whether all of them together are rather what they
+ * are later. One outcome alone may be a sensor that is wrong, and one that is out of range is. */
 static bool begins_late(const blocks *b) {
   const rim_basis *n = &b->config.basis;
   uint32_t odd = 0;
+  double nats = 0.0, most = 0.0; /* by which it is a later block; of one outcome */
   if (n->start == NULL || b->config.external)
     return false;
   for (size_t f = 0; f < b->config.features; ++f) {
-    const double off = SUM(b)[f] - (double)rimi_le_f32(n->start, f);
-    if (blocks_whole_turn(b, f) > 0.0 ||
-        !(rimi_abs(off) > BASIS_START_LIMIT * (double)rimi_le_f32(n->start_sd, f)))
+    const double start[2] = {(double)rimi_le_f32(n->start, f), (double)rimi_le_f32(n->start_sd, f)};
+    const double x = SUM(b)[f];
+    const bool reads = is_outcome(b, f);
+    if (blocks_whole_turn(b, f) > 0.0 || (reads && rimi_blocks_is_out(b, (uint16_t)f)))
       continue;
-    bool is_outcome = false;
-    for (size_t o = 0; o < b->config.outcomes && !is_outcome; ++o)
-      is_outcome = rimi_le_u16(b->config.outcome_feature, o) == f;
-    if (!is_outcome || !rimi_blocks_is_out(b, (uint16_t)f))
-      odd += is_outcome ? 1u : ODD_OUTCOMES;
+    if (rimi_abs(x - start[0]) > BASIS_START_LIMIT * start[1])
+      odd += reads ? 1u : ODD_OUTCOMES;
+    if (n->later != NULL) {
+      const double later[2] = {(double)rimi_le_f32(n->later, f),
+                               (double)rimi_le_f32(n->later_sd, f)};
+      const double of_one = rimi_basis_later(x, start, later);
+      nats += of_one;
+      most = reads ? rimi_max(most, of_one) : most;
+    }
   }
-  return odd >= ODD_OUTCOMES;
+  return odd >= ODD_OUTCOMES || (n->later != NULL && nats - most >= n->late_nats);
 }
 
 /* Standard deviation of an input's integral over the rows that gaps left out: the input may have

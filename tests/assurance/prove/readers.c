@@ -152,6 +152,10 @@ static void use(void) {
   is_inside(view.mean_inverse_sd, 4u * view.means);
   if (view.start_sd != NULL)
     is_inside(view.start_sd, 4u * features);
+  if (view.later != NULL)
+    is_inside(view.later, 4u * features);
+  if (view.later_sd != NULL)
+    is_inside(view.later_sd, 4u * features);
 }
 #elif SECTION == 7
 #include "basis.c"
