@@ -4,7 +4,7 @@
 
   tests/vehicles/grade.py [--rim build/rim] [--module tests/vehicles/vehicles.py] [--vehicles NAME,...]
       [--train 30] [--healthy 12] [--per 2] [--base 0] [--jobs 2] [--json FILE] [--keep DIR]
-      [--csv DIR | --from DIR] [--gaps] [--lossy P] [--cut] [--longer X] [--require found=0.97,false=0.05,...] [--quiet]
+      [--csv DIR | --from DIR] [--gaps] [--lossy P] [--cut] [--late] [--longer X] [--require found=0.97,false=0.05,...] [--quiet]
 
 For every vehicle: train on healthy runs, replay fresh healthy ones and `per` runs of every fault. Prints
 a line a faulty run, and per vehicle and over all the shares with 95 % (Wilson) intervals. Seeds: base + 0..
@@ -14,6 +14,7 @@ Tune on some bases, report on others. --csv writes the logs and their truth and 
 --lossy: the logs that are not trained on lack this share of their rows, here and there.
 --longer: the runs that are not trained on last X times as long (own vehicles only).
 --cut: every log begins somewhere in the first 40 % of its run, at time 0.
+--late: the logs that are not trained on do.
 
 found   any alarm                          named   the last record's first channel is an accepted outcome
 sign    of its shift, where truth has one  size    a bias within 25 % or 3 standard errors
@@ -111,7 +112,7 @@ def draw(o, case):
         rows, truth = with_gaps(case, rows, truth)
     if o.lossy and case.role != "train":
         rows, truth = lossy(case, o.lossy, rows, truth)
-    if o.cut:
+    if o.cut or o.late and case.role != "train":
         rows, truth = cut(case, rows, truth)
     stem = os.path.join(o.dir, case.stem)
     verdict.write(stem + ".csv", columns, rows)
@@ -275,6 +276,7 @@ def arguments():
     a.add_argument("--lossy", type=float, default=0.0, help="share of rows that logs not trained on lack")
     a.add_argument("--longer", type=float, default=1.0, help="length of runs that are not trained on")
     a.add_argument("--cut", action="store_true", help="every log begins under way")
+    a.add_argument("--late", action="store_true", help="logs that are not trained on begin under way")
     a.add_argument("--require", default="", help="name=number,...: exit 1 where a share is worse")
     a.add_argument("--train-option", action="append", default=[], help="passed to `rim train`")
     a.add_argument("--quiet", action="store_true", help="no line for each run")

@@ -39,6 +39,6 @@ _Noreturn void assert_failed(const char *file, int line);
 #endif
 
 #define RIM_TASK_MAX_VALUES 32u
-#define RIM_TASK_MONITOR_BYTES 34816u
+#define RIM_TASK_MONITOR_BYTES 36864u
 
 #endif
