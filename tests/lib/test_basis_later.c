@@ -29,8 +29,8 @@ static void how_later_blocks_are_is_read_back(void **state) {
   for (size_t i = 0; i < 1 + 2 * FEATURES; ++i)
     f32(&b, 0.5 * (double)(i + 1));
   assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
-  assert_true(v.late_nats == 0.5 && rimi_le_f32(v.later, 0) == 1.0f);
-  assert_true(rimi_le_f32(v.later_sd, 0) == 1.0f + 0.5f * (float)FEATURES);
+  assert_true(v.later != NULL && rimi_le_f32(v.later, 0) == 0.5f);
+  assert_true(rimi_le_f32(v.later, 1 + FEATURES) == 1.0f + 0.5f * (float)FEATURES);
   assert_true(v.begin != NULL && v.learnt_s == 1.0);
   const struct {
     size_t at;

@@ -118,9 +118,9 @@ static bool begins_are_finite(const rim_basis *b, uint32_t features, uint32_t ou
          (b->first_sd == NULL || numbers_are_positive(b->first_sd, outcomes)) &&
          (b->start == NULL || (numbers_are_finite(b->start, features) &&
                                numbers_are_positive(b->start_sd, features))) &&
-         (b->later == NULL || (b->late_nats >= 0.0 && rimi_is_finite(b->late_nats) &&
-                               numbers_are_finite(b->later, features) &&
-                               numbers_are_positive(b->later_sd, features))) &&
+         (b->later == NULL || (numbers_are_finite(b->later, 1u + (size_t)features) &&
+                               rimi_le_f32(b->later, 0) >= 0.0f &&
+                               numbers_are_positive(b->later + 4u * (1u + features), features))) &&
          (b->begin == NULL || (b->learnt_s > 0.0 && rimi_is_finite(b->learnt_s) &&
                                numbers_are_finite(b->begin, 2u * (size_t)b->inputs * b->times)));
 }
@@ -136,11 +136,12 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.times = rimi_le_u32(section, 2);
   b.terms = rimi_le_u32(section, 3);
   b.means = rimi_le_u32(section, 4);
-  b.states = rimi_le_u32(section, 6);
-  b.rates = rimi_le_u32(section, 7);
+  const uint32_t states = rimi_le_u32(section, 6), rates = rimi_le_u32(section, 7);
   if (b.inputs > BASIS_MAX_INPUTS || b.times > BASIS_MAX_TIMES || b.terms > BASIS_MAX_TERMS ||
-      b.means > BASIS_MAX_MEANS || b.states > BASIS_MAX_STATES || b.rates > BASIS_MAX_RATES)
+      b.means > BASIS_MAX_MEANS || states > BASIS_MAX_STATES || rates > BASIS_MAX_RATES)
     return RIM_E_RANGE;
+  b.states = (uint16_t)states;
+  b.rates = (uint16_t)rates;
   const uint32_t spread = rimi_le_u32(section, 5);
   if (spread > 4u)
     return RIM_E_RANGE;
@@ -171,9 +172,7 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.begin = spread > 2u ? after_starts + 4u : NULL;
   b.learnt_s = spread > 2u ? (double)rimi_le_f32(after_starts, 0) : 0.0;
   const uint8_t *const after_begins = after_starts + 4u * begins;
-  b.late_nats = spread > 3u ? (double)rimi_le_f32(after_begins, 0) : 0.0;
-  b.later = spread > 3u ? after_begins + 4u : NULL;
-  b.later_sd = spread > 3u ? b.later + 4u * features : NULL;
+  b.later = spread > 3u ? after_begins : NULL;
   b.state = after_begins + 4u * laters;
   b.limit = b.state + 4u * (((size_t)b.states + 1u) / 2u);
   b.rate = b.limit + 8u * (size_t)b.states;

@@ -86,13 +86,13 @@ typedef enum basis_op {
 
 /* A view into the section; all zero: no inputs, no terms. */
 typedef struct rim_basis {
-  uint32_t inputs, times, terms, means, states, rates;
+  uint32_t inputs, times, terms, means;
+  uint16_t states, rates;
   const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
-      *first, *first_sd, *start, *start_sd, *begin, *later, *later_sd; /* from first_sd on: NULL
-                                                                          without */
+      *first, *first_sd, *start, *start_sd, *begin; /* from first_sd on: NULL without */
+  const uint8_t *later; /* f32 late_nats, later[features], later_sd[features], or NULL */
   const uint8_t *state, *limit, *rate, *weight;
-  double learnt_s;  /* 0: not known */
-  double late_nats; /* where there is later */
+  double learnt_s; /* 0: not known */
 } rim_basis;
 
 /* By how many nats a block mean x is likelier in a later block of a run than in its first one, each

@@ -104,14 +104,15 @@ static bool begins_late(const blocks *b) {
     if (rimi_abs(x - start[0]) > BASIS_START_LIMIT * start[1])
       odd += reads ? 1u : ODD_OUTCOMES;
     if (n->later != NULL) {
-      const double later[2] = {(double)rimi_le_f32(n->later, f),
-                               (double)rimi_le_f32(n->later_sd, f)};
+      const double later[2] = {(double)rimi_le_f32(n->later, 1u + f),
+                               (double)rimi_le_f32(n->later, 1u + (size_t)b->config.features + f)};
       const double of_one = rimi_basis_later(x, start, later);
       nats += of_one;
       most = reads ? rimi_max(most, of_one) : most;
     }
   }
-  return odd >= ODD_OUTCOMES || (n->later != NULL && nats - most >= n->late_nats);
+  return odd >= ODD_OUTCOMES ||
+         (n->later != NULL && nats - most >= (double)rimi_le_f32(n->later, 0));
 }
 
 /* Standard deviation of an input's integral over the rows that gaps left out: the input may have
