@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# A small campaign on vehicles that nobody tuned for: a tank and an arm, one run of every fault, and wrong input on the
-# arm; what grades them is tested first. The two of ../shared/vehicles too, where they are. Base of the seeds: 33000.
+# A small campaign on vehicles that nobody tuned for: a tank and an engine, one run of every fault, and wrong input on the
+# engine; what grades them is tested first. The two of ../shared/vehicles too, where they are. Base of the seeds: 33000.
 . "$(dirname "$0")/check.inc"
 shared=${RIM_VEHICLES:-$root/../shared/vehicles}
 skip_under_sanitizers "its campaign would take hours; other scripts run the same commands on fewer logs"
@@ -11,57 +11,53 @@ python3 test_vehicles.py > "$here/graders.txt" 2>&1; check "the graders themselv
 tail -4 "$here/graders.txt"
 
 # Shares of 26 faulty runs; by chance a core that is as good as asked for misses none of these.
-./grade.py --rim "$RIM" --vehicles tank,arm --train 20 --per 1 --healthy 4 --base 33000 --quiet --keep "$here/campaign" \
+./grade.py --rim "$RIM" --vehicles tank,engine --train 20 --per 1 --healthy 4 --base 33000 --quiet --keep "$here/campaign" \
   --require found=.9,named=.9,sign=.85,size=.5,onset=.8,region=.5,f1=.9,false=.26,wrong=.08,early=.16,errors=0 > "$here/grade.txt" 2>&1
-check "tank and arm are judged rightly" 0 $?
+check "tank and engine are judged rightly" 0 $?
 sed -n '/^all/,$p' "$here/grade.txt"
 # A pump that draws air fills the tank less, and the level, which keeps that, shows it more clearly than the flow does.
 grep -q '^ *cavitation .* named 1,' "$here/grade.txt"; check "what a level keeps is not taken for the cause" 0 $?
 
-# A monitor that is started in the middle of a run, one that loses three seconds of rows twice, and one that loses a
-# row in twenty, here and there: what was before is not known, or not what was in between, so healthy runs raise no
-# alarm and the output says what was not examined; a fault is found as before. On the models and logs of the campaign
-# above; the arm moves fast.
+# A monitor that is started in the middle of a run, and one that loses three seconds of rows twice: what the
+# commands were before is not known, so healthy runs raise no alarm and the output says what was not
+# examined; a fault after the gaps is found as before. On the models and logs of the campaign above.
 cut() { awk -v n="$(wc -l < "$1")" 'NR == 1 || NR > n / 2' "$1"; }
 lose() { # three seconds from 30 % and from 60 % of the rows on
   awk -F, -v n="$(wc -l < "$1")" 'NR == 1 {print; next}
     NR == int(n * .3) || NR == int(n * .6) {t = $1}
     t == "" || $1 - t >= 3' "$1"
 }
-thin() { awk -v seed="$2" 'BEGIN {srand(seed)} NR == 1 || rand() >= .05' "$1"; }
 cd "$here/campaign" || exit 1
-for log in arm/healthy_00[0-3].csv tank/healthy_00[0-3].csv; do
+for log in engine/healthy_00[0-2].csv tank/healthy_00[0-2].csv; do
   name=${log%.csv} model=${log%/*}/model.rim
+  cut "$log" > cut.csv
   lose "$log" > gaps.csv
-  thin "$log" 1 > thin.csv
-  "$RIM" replay --model "$model" gaps.csv thin.csv --fail-on-alarm > /dev/null; check "$name: no alarm" 0 $?
-  out=$("$RIM" replay --model "$model" "$log" gaps.csv)
+  "$RIM" replay --model "$model" cut.csv gaps.csv --fail-on-alarm > /dev/null; check "$name: no alarm" 0 $?
+  out=$("$RIM" replay --model "$model" "$log" cut.csv gaps.csv)
   of() { printf '%s\n' "$out" | grep -A2 "^$1:"; }
   ! of "$log" | grep -q 'in part'; check "$name: whole, every block is examined" 0 $?
-  case $name in tank/*) # an arm that rests where its log begins looks like one that starts
-    cut "$log" > cut.csv
-    "$RIM" replay --model "$model" cut.csv --fail-on-alarm > /dev/null; check "$name: from the middle, no alarm" 0 $?
-    out=$out$'\n'$("$RIM" replay --model "$model" cut.csv)
-    contains "$name: from the middle, it is said" "$(of cut.csv)" "STALE: 0 blocks were examined in full"
-    contains "$name: from the middle, how many" "$(of cut.csv)" "examined, [1-9][0-9]* of them in part" ;;
-  esac
+  contains "$name: from the middle, it is said" "$(of cut.csv)" "STALE: 0 blocks were examined in full"
+  contains "$name: from the middle, how many" "$(of cut.csv)" "examined, [1-9][0-9]* of them in part"
   contains "$name: after gaps, how many" "$(of gaps.csv)" "2 gaps; .*examined, [1-9][0-9]* of them in part"
 done
-found=0 both=0 thinned=0
-for log in arm/*_00.csv tank/*_00.csv; do
+found=0 both=0
+for log in engine/*_00.csv tank/*_00.csv; do
   [ -s "${log%.csv}.alarms.jsonl" ] || continue # as the campaign found it
   found=$((found + 1))
   lose "$log" > gaps.csv
   "$RIM" replay --model "${log%/*}/model.rim" gaps.csv --fail-on-alarm > /dev/null; [ $? = 1 ] && both=$((both + 1))
-  thin "$log" 2 > thin.csv
-  "$RIM" replay --model "${log%/*}/model.rim" thin.csv --fail-on-alarm > /dev/null; [ $? = 1 ] && thinned=$((thinned + 1))
 done
-echo "faults found: $found, with two gaps: $both, with a row in twenty lost: $thinned"
-[ $found -ge 20 ] && [ $((10 * both)) -ge $((7 * found)) ]; check "faults are found with two gaps" 0 $?
-[ $((10 * thinned)) -ge $((7 * found)) ]; check "faults are found with a row in twenty lost" 0 $?
+echo "faults found: $found, with rows lost: $both"
+[ $found -ge 20 ] && [ $((10 * both)) -ge $((7 * found)) ]; check "faults are found with rows lost" 0 $?
 cd "$root/tests/vehicles" || exit 1
 
-./wrong_input.py --rim "$RIM" --vehicles arm --train 20 --base 33000 --trained "$here/campaign" --require > "$here/wrong.txt" 2>&1
+# Telemetry that loses one row in twenty, here and there, on an arm that moves fast: what it does in between is not known.
+./grade.py --rim "$RIM" --vehicles arm --train 20 --per 1 --healthy 8 --base 33000 --lossy .05 --quiet \
+  --require found=.7,named=.8,false=.26,errors=0 > "$here/lossy.txt" 2>&1
+check "an arm of which rows are lost is judged rightly" 0 $?
+sed -n '1,11p' "$here/lossy.txt"
+
+./wrong_input.py --rim "$RIM" --vehicles engine --train 20 --base 33000 --trained "$here/campaign" --require > "$here/wrong.txt" 2>&1
 check "wrong rate, unit and column are named, never healthy" 0 $?
 grep -e ' WRONG ' "$here/wrong.txt"; tail -5 "$here/wrong.txt"
 
