@@ -88,6 +88,7 @@ void ReplayOutputs::write_mcap() const {
     throw DataError(mcap_path_ + ": writing MCAP needs " + python_program());
   if (result.status != 0)
     throw DataError(result.err.substr(0, result.err.find_last_not_of('\n') + 1));
+  const HoldInterrupts whole;
   note_kept(mcap_path_);
 }
 

@@ -77,6 +77,7 @@ void AtomicFile::commit() {
     fail(errno);
   if (temporary_.empty())
     return;
+  const HoldInterrupts whole; // what is in place is counted
   if (::rename(temporary_.c_str(), path_.c_str()) != 0)
     fail(errno);
   unfinished_.reset();

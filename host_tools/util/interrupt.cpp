@@ -24,6 +24,15 @@ std::array<Slot, 64> slots;
 std::array<std::array<char, kLongest>, 2> kept_path;
 std::atomic<unsigned> kept{0};
 std::atomic<bool> ending{false};
+// Taken by the thread that holds interruptions, and by the handler for good. `depth` is how often
+// this thread holds: when it writes to a closed pipe meanwhile, its own handler must not wait.
+std::atomic<bool> holding{false};
+thread_local volatile std::sig_atomic_t depth = 0;
+
+void take_hold() {
+  while (holding.exchange(true))
+    continue; // another thread is between two system calls
+}
 const char *program_name = "";
 
 // stderr without the buffers and locks of stdio, which a handler must not use.
@@ -72,6 +81,8 @@ void say(unsigned removed) {
 
 extern "C" void interrupted(int signal) {
   ending = true;
+  if (depth == 0)
+    take_hold();
   unsigned removed = 0;
   for (Slot &slot : slots)
     if (slot.live && ::unlink(slot.path.data()) == 0)
@@ -137,8 +148,16 @@ void note_kept(const std::string &path) {
 HoldInterrupts::HoldInterrupts() {
   const sigset_t set = those_held();
   ::pthread_sigmask(SIG_BLOCK, &set, &before_);
+  if (depth == 0)
+    take_hold();
+  depth = depth + 1;
 }
 
-HoldInterrupts::~HoldInterrupts() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+HoldInterrupts::~HoldInterrupts() {
+  depth = depth - 1;
+  if (depth == 0)
+    holding = false;
+  ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
 
 } // namespace rim

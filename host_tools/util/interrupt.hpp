@@ -27,11 +27,13 @@ private:
   int slot_;
 };
 
-// Counts a file or folder that is complete under its own name.
+// Counts a file or folder that is complete under its own name. Call it while interruptions are
+// held, together with the step that completed it.
 void note_kept(const std::string &path);
 
-// Interruptions wait while it lives: for steps of which either all or none should be seen. Only the
-// thread that calls it holds them back.
+// Interruptions wait while it lives, whichever thread they reach: for steps of which either all or
+// none should be seen. One thread holds at a time and the others wait: keep it short. It may be
+// nested.
 class HoldInterrupts {
 public:
   HoldInterrupts();

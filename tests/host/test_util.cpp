@@ -7,16 +7,22 @@
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
+#include "util/interrupt.hpp"
 #include "util/parallel_for.hpp"
 #include "util/table.hpp"
 #include "util/utf8.hpp"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <string>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 
 namespace {
@@ -105,6 +111,51 @@ void files_that_cannot_be_are_said_so(void **) {
   device.write("x");
   device.commit();
   assert_true(fs::is_character_file("/dev/null"));
+}
+
+// What an interrupted program says, and its files, of which several threads put one after the other
+// in place. The signal comes when `enough` are there.
+std::string interrupted_after(int enough, const fs::path &folder) {
+  std::array<int, 2> said{};
+  assert_int_equal(pipe(said.data()), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(said[1], STDERR_FILENO);
+    rim::clean_up_when_interrupted("program");
+    const auto write = [&folder](int thread) {
+      for (int i = 0; i < 1000000; ++i)
+        rim::AtomicFile(folder / (std::to_string(thread) + "_" + std::to_string(i))).commit();
+    };
+    std::thread(write, 1).detach();
+    write(0);
+    _exit(1);
+  }
+  close(said[1]);
+  const auto files = [&folder] {
+    return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+  };
+  while (files() < enough && waitpid(child, nullptr, WNOHANG) == 0)
+    continue;
+  kill(child, SIGINT);
+  std::string text(4096, '\0');
+  text.resize(static_cast<std::size_t>(std::max<ssize_t>(read(said[0], text.data(), 4096), 0)));
+  close(said[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
+  return text;
+}
+
+void an_interrupted_program_counts_every_file_it_leaves(void **) {
+  for (int round = 0; round < 40; ++round) {
+    const fs::path folder = temporary_path("interrupted" + std::to_string(round));
+    fs::create_directory(folder);
+    const std::string text = interrupted_after(5 + round, folder);
+    const auto left = std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+    const std::string count = "interrupted: " + std::to_string(left) + " files are complete";
+    if (text.find(count) == std::string::npos)
+      fail_msg("%ld files are there, and it says: %s", static_cast<long>(left), text.c_str());
+  }
 }
 
 void every_item_is_done_once(void **) {
@@ -242,6 +293,8 @@ void data_is_found_where_it_is_told(void **) {
 
 int main() {
   const CMUnitTest tests[] = {
+      // First: it counts the files that the process has written since it began.
+      cmocka_unit_test(an_interrupted_program_counts_every_file_it_leaves),
       cmocka_unit_test(a_file_appears_whole_or_not_at_all),
       cmocka_unit_test(a_full_disk_leaves_nothing),
       cmocka_unit_test(files_that_cannot_be_are_said_so),
