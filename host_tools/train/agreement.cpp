@@ -161,7 +161,7 @@ std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
         continue;
       std::vector<Eigen::Index> with = chosen;
       with.push_back(j);
-      const Eigen::VectorXd w = solve(all, with, outcome, kUnshrunk);
+      const Eigen::VectorXd w = solve(all, with, outcome);
       const double squares = own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
       if (squares < least) {
         least = squares;
@@ -234,6 +234,9 @@ double level_remains(const RunStore &runs, const std::vector<Matrix> &level,
   return std::sqrt(squares / std::max(own, 1e-300));
 }
 
+constexpr std::array<Across, 2> kBothAcross = {Across::all_blocks, Across::within_runs};
+constexpr std::array<Readings, 2> kOthersReadings = {Readings::others, Readings::own_before};
+
 // What the agreement of the outcomes is chosen from.
 struct Sources {
   const Layout &layout;
@@ -243,7 +246,39 @@ struct Sources {
   Regression linear, few, integral;
   const Quadratic &products; // paired 0: there are none
   Regression quadratic;
+  std::vector<Fit> from_residuals{};               // one per outcome
+  std::array<std::vector<Fit>, 2> from_products{}; // per kBothAcross: (outcome, kOthersReadings)
 };
+
+// Of every outcome from the others' residuals, where there are others.
+std::vector<Fit> fit_residuals(const Sources &from, Eigen::Index total) {
+  const auto outcomes = static_cast<Eigen::Index>(from.layout.outcomes());
+  std::vector<Target> targets;
+  for (Eigen::Index j = 0; j < outcomes && outcomes > 1; ++j)
+    targets.push_back({j, columns_without(outcomes, j, total)});
+  return best_fits(from.linear, targets, kRidges);
+}
+
+// Of every outcome but angles from products of the others' readings, without and with its own of
+// the block before, where there are products.
+std::vector<Fit> fit_products(const Sources &from, Across across) {
+  std::vector<Target> targets;
+  const std::size_t outcomes = from.products.paired > 0 ? from.layout.outcomes() : 0;
+  for (std::size_t outcome = 0; outcome < outcomes; ++outcome) {
+    for (const Readings readings : kOthersReadings) {
+      targets.push_back({static_cast<Eigen::Index>(outcome), {}});
+      if (!is_angle_outcome(from.layout, targets.back().y))
+        targets.back().columns = quadratic_columns(from.products, from.layout, outcome, readings);
+    }
+  }
+  return best_fits(from.quadratic, targets, kProductRidges, across);
+}
+
+void fit_together(Sources *sources, Eigen::Index total) {
+  sources->from_residuals = fit_residuals(*sources, total);
+  for (std::size_t i = 0; i < kBothAcross.size(); ++i)
+    sources->from_products[i] = fit_products(*sources, kBothAcross[i]);
+}
 
 // What the regressors leave of a target in one run.
 Eigen::VectorXd left_over(const Rows &rows, Eigen::Index target, const Eigen::VectorXd &weight) {
@@ -271,7 +306,7 @@ public:
     take(AGREEMENT_RESIDUALS, 1.0);
   }
   // The others' residuals.
-  void try_residuals(const std::vector<Eigen::Index> &columns);
+  void try_residuals();
   // A few others' readings.
   void try_few(Across across);
   // Section LEVEL.
@@ -281,14 +316,14 @@ public:
       take(AGREEMENT_LEVEL, part);
   }
   // Products of the others' readings, and of its own of the block before.
-  void try_quadratic(Across across, Readings readings);
+  void try_quadratic(Across across, Fit fit);
   // The integral of others.
   void try_integral() {
     const std::uint16_t feature = from_.layout.outcome_feature[static_cast<std::size_t>(j_)];
     const std::vector<Eigen::Index> others = choose_integrands(from_.integral, a_, j_, {feature});
     if (others.empty())
       return;
-    const Fit fit = best_fit(from_.integral, others, j_, {kUnshrunk});
+    const Fit fit = plain_fit(from_.integral, others, j_);
     integrates = fit.squares < (1.0 - kIntegrates) * fit.own;
     if (integrates)
       integrand = mostly_integrated(a_, from_.layout, fit.weight[kFolds], from_.runs);
@@ -344,8 +379,8 @@ private:
   std::vector<Eigen::VectorXd> remains_, integrated_;
 };
 
-void Choice::try_residuals(const std::vector<Eigen::Index> &columns) {
-  const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
+void Choice::try_residuals() {
+  const Fit &fit = from_.from_residuals[static_cast<std::size_t>(j_)];
   const double inverse_sd = a_.inverse_sd[static_cast<std::size_t>(j_)];
   for (std::size_t r = 0; r < remains_.size(); ++r) {
     const Eigen::VectorXd &w = fit.weight[from_.runs.fold(r)];
@@ -373,7 +408,7 @@ void Choice::try_few(Across across) {
   const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_, across);
   if (others.empty())
     return;
-  const Fit fit = best_fit(from_.few, others, j_, {kUnshrunk}, across);
+  const Fit fit = plain_fit(from_.few, others, j_, across);
   const double sd = from_.levels.sd[j_], of_behaviour = leave(from_.few, fit);
   if (!wins(across, of_behaviour))
     return;
@@ -383,13 +418,10 @@ void Choice::try_few(Across across) {
   take(AGREEMENT_FEW, of_behaviour);
 }
 
-void Choice::try_quadratic(Across across, Readings readings) {
+void Choice::try_quadratic(Across across, Fit fit) {
   const auto outcome = static_cast<std::size_t>(j_);
   const Eigen::Index own = from_.layout.outcome_feature[outcome];
   const double mean = from_.levels.mean[j_], sd = from_.levels.sd[j_];
-  const std::vector<Eigen::Index> columns =
-      quadratic_columns(from_.products, from_.layout, outcome, readings);
-  Fit fit = best_fit(from_.quadratic, columns, j_, kProductRidges, across);
   for (Eigen::VectorXd &w : fit.weight) {
     const double g = slope_along_own(from_.products, own, sd, w);
     if (g > kMostOwn)
@@ -433,7 +465,7 @@ void Choice::try_into(Eigen::Index twin) {
         choose_integrands(from_.integral, a_, o, {feature_of(o), feature_of(twin)});
     if (others.empty())
       continue;
-    const Fit fit = best_fit(from_.integral, others, o, {kUnshrunk});
+    const Fit fit = plain_fit(from_.integral, others, o);
     const bool mostly = mostly_integrated(a_, from_.layout, fit.weight[kFolds], from_.runs) ==
                         static_cast<double>(j_);
     if (!mostly || fit.squares >= least * fit.own)
@@ -467,9 +499,8 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
   const auto o = static_cast<Eigen::Index>(a.inverse_sd.size());
   auto choice = std::make_unique<Choice>(sources, a, j);
   if (o > 1)
-    choice->try_residuals(columns_without(o, j, a.row.cols() - AGREEMENT_FIRST));
-  constexpr std::array<Across, 2> both = {Across::all_blocks, Across::within_runs};
-  for (const Across across : both) {
+    choice->try_residuals();
+  for (const Across across : kBothAcross) {
     if (o > 1 && has_integrands)
       choice->try_few(across);
   }
@@ -478,9 +509,10 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
   // Where one other reading says the same, the two are compared with each other.
   if (sources.products.paired > 0 && !is_angle_outcome(sources.layout, j) &&
       only_other(*choice, a.inverse_sd.size()) == a.inverse_sd.size()) {
-    for (const Readings readings : {Readings::others, Readings::own_before}) {
-      for (const Across across : both)
-        choice->try_quadratic(across, readings);
+    for (std::size_t k = 0; k < kOthersReadings.size(); ++k) {
+      for (std::size_t i = 0; i < kBothAcross.size(); ++i)
+        choice->try_quadratic(kBothAcross[i],
+                              sources.from_products[i][kOthersReadings.size() * outcome + k]);
     }
   }
   if (o > 1 && has_integrands)
@@ -513,16 +545,11 @@ struct Step {
   std::vector<Eigen::VectorXd> remains;
 };
 
-Step fit_step(const Sources &from, std::size_t outcome) {
+Step take_step(const Sources &from, std::size_t outcome, Fit fit) {
   const auto j = static_cast<Eigen::Index>(outcome);
   const double mean = from.levels.mean[j], sd = from.levels.sd[j];
-  Step step;
-  if (from.products.paired == 0 || is_angle_outcome(from.layout, j))
-    return step;
   const Eigen::Index own = from.layout.outcome_feature[outcome];
-  const std::vector<Eigen::Index> columns =
-      quadratic_columns(from.products, from.layout, outcome, Readings::before);
-  Fit fit = best_fit(from.quadratic, columns, j, kProductRidges);
+  Step step;
   for (Eigen::VectorXd &w : fit.weight) {
     const double g = std::clamp(slope_along_own(from.products, own, sd, w), 0.0, kMostOwn);
     show_offset_in_full(from.products, own, mean, sd, g, &w);
@@ -537,10 +564,21 @@ Step fit_step(const Sources &from, std::size_t outcome) {
   return step;
 }
 
-// Adds the steps of all outcomes that have one.
+// Adds the steps of all outcomes but angles, where there are products.
 void learn_steps(const Sources &sources, Agreement *a) {
   std::vector<Step> steps(a->inverse_sd.size());
-  parallel_for(steps.size(), [&](std::size_t j) { steps[j] = fit_step(sources, j); });
+  std::vector<Target> targets;
+  for (std::size_t j = 0; j < steps.size() && sources.products.paired > 0; ++j) {
+    const auto y = static_cast<Eigen::Index>(j);
+    if (!is_angle_outcome(sources.layout, y))
+      targets.push_back(
+          {y, quadratic_columns(sources.products, sources.layout, j, Readings::before)});
+  }
+  const std::vector<Fit> fits = best_fits(sources.quadratic, targets, kProductRidges);
+  parallel_for(targets.size(), [&](std::size_t i) {
+    const auto j = static_cast<std::size_t>(targets[i].y);
+    steps[j] = take_step(sources, j, fits[i]);
+  });
   for (std::size_t r = 0; r < sources.runs.all(); ++r)
     a->steps.push_back(Matrix::Zero(sources.runs[r].blocks(), a->row.rows()));
   for (std::size_t j = 0; j < steps.size(); ++j) {
@@ -568,16 +606,17 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   const Levels levels = learn_levels(runs);
   if (products)
     a.quadratic = quadratic_inputs(layout, runs);
-  const Sources sources{layout,
-                        runs,
-                        residual,
-                        level,
-                        levels,
-                        linear_regression(a, basis, runs, residual),
-                        level_regression(levels, runs),
-                        integral_regression(a, runs),
-                        a.quadratic,
-                        quadratic_regression(a.quadratic, layout, levels, runs)};
+  Sources sources{layout,
+                  runs,
+                  residual,
+                  level,
+                  levels,
+                  linear_regression(a, basis, runs, residual),
+                  level_regression(levels, runs),
+                  integral_regression(a, runs),
+                  a.quadratic,
+                  quadratic_regression(a.quadratic, layout, levels, runs)};
+  fit_together(&sources, total);
   a.row = Matrix::Zero(o, AGREEMENT_FIRST + total);
   a.error.assign(static_cast<std::size_t>(o), 1.0);
   a.source.assign(static_cast<std::size_t>(o), AGREEMENT_RESIDUALS);

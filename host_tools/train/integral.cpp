@@ -177,7 +177,7 @@ std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement
         continue;
       std::vector<Eigen::Index> with = chosen;
       with.push_back(g);
-      const Eigen::VectorXd w = solve(all, with, outcome, kUnshrunk);
+      const Eigen::VectorXd w = solve(all, with, outcome);
       const double squares = own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
       const double handicapped =
           of.op == AGREEMENT_PLAIN ? squares : squares + kProductWins * (left - squares);
@@ -268,7 +268,7 @@ std::vector<bool> integrated_outcomes(const Layout &layout,
     const auto others = choose_integrands(changes, a, j, {layout.outcome_feature[o]});
     if (others.empty())
       return;
-    const Fit fit = best_fit(changes, others, j, {kUnshrunk});
+    const Fit fit = plain_fit(changes, others, j);
     of[o] = fit.squares < (1.0 - kIntegrates) * fit.own ? 1 : 0;
   });
   for (std::size_t o = 0; o < of.size(); ++o)

@@ -11,8 +11,6 @@
 
 namespace rim {
 
-// A relation of physics holds outside of what was trained too, if it is not shrunk.
-constexpr double kUnshrunk = 1e-6;
 // Part of the changes that others must explain for an outcome to be called their integral.
 constexpr double kIntegrates = 0.5;
 

@@ -80,7 +80,7 @@ Learnt learn(double late, double bias) {
   const rim::Regression changes = rim::integral_regression(l.a, store);
   const auto columns = rim::choose_integrands(changes, l.a, 0, {0});
   assert_int_equal(columns.size(), 1);
-  const rim::Fit fit = rim::best_fit(changes, columns, 0, {rim::kUnshrunk});
+  const rim::Fit fit = rim::plain_fit(changes, columns, 0);
   l.plain = {fit.weight.back(), 0.0};
   l.lagging = rim::with_lag(l.a, store, 0, columns, fit.weight).back();
   const rim::RunStore fresh({turning(kSeed + 100, late, bias)});
