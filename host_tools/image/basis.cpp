@@ -42,9 +42,10 @@ void put_begins(SectionBytes *bytes, const Basis &basis) {
   for (std::size_t k = 0; k < 2 * basis.inputs.size() * basis.share.size(); ++k)
     bytes->f32(
         static_cast<float>(basis.begin.empty() ? static_cast<double>(k % 2) : basis.begin[k]));
-  if (!basis.later.empty())
-    bytes->f32(static_cast<float>(basis.late_nats));
-  put(bytes, {&basis.later, &basis.later_sd});
+  if (basis.later.empty())
+    return;
+  bytes->f32(static_cast<float>(basis.late_nats));
+  put(bytes, {&basis.later, &basis.later_sd, &basis.start_inverse, &basis.later_inverse});
 }
 
 // The header's word S.

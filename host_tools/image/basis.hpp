@@ -30,8 +30,9 @@ struct Basis {
   std::vector<double> mean_center, mean_inverse_sd;
   std::vector<double> first, first_sd; // per outcome: of the first readings of the runs
   std::vector<double> start, start_sd; // per feature: of the first blocks of the runs
-  // Of the later ones; a first block that is likelier by so much as one of these is none.
-  std::vector<double> later, later_sd;
+  // Of the later ones; a first block that is likelier by so much as one of these is none. Lower
+  // triangles of the inverse correlations of the features in first and in later blocks.
+  std::vector<double> later, later_sd, start_inverse, later_inverse;
   double late_nats = 0.0;
   double learnt_s = 0.0;               // how far the healthy runs went; 0: not known yet
   std::vector<double> begin;           // per filter two; empty: as in the first row

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Cholesky>
+
+#include "image/image_writer.hpp"
 #include "train/choose_models.hpp"
 
 extern "C" {
@@ -22,7 +25,9 @@ constexpr double kBeginMustWin = 0.02;
 // Blocks after this part of a run are later ones.
 constexpr double kLaterFrom = 0.1;
 // As one of these a first block must be likelier, and by so many nats more than any first one was.
-constexpr double kLateNats = 3.0;
+// Where every first one is clearer, also without the outcome that tells it best, one that is less
+// clear by so many nats, and by this part of what they have at least, is none already.
+constexpr double kLateNats = 3.0, kLatePart = 0.1;
 constexpr double kLeastSd = 0.01; // of a feature's range
 // A mean tells of itself where less than this part of it comes from before the first row.
 constexpr double kMostFromBefore = 0.5;
@@ -130,59 +135,175 @@ void learn_begin(Basis *basis, double period_s,
 
 namespace {
 
-// By rimi_basis_later() of all features, as begins_late() in lib/src/monitor/blocks_unknown.c.
-double nats_later(const Basis &basis, const Layout &layout, const Eigen::VectorXd &start) {
-  double nats = 0.0, most = 0.0;
-  for (std::size_t f = 0; f < basis.later.size(); ++f) {
-    if (is_angle(layout, f))
-      continue;
-    const double first[2] = {basis.start[f], basis.start_sd[f]};
-    const double later[2] = {basis.later[f], basis.later_sd[f]};
-    const double of_one = rimi_basis_later(start[static_cast<Eigen::Index>(f)], first, later);
-    nats += of_one;
-    if (is_outcome(layout, f))
-      most = std::max(most, of_one);
+// Sums over blocks of their features, less `from`: numbers near zero keep their digits.
+struct Moments {
+  Eigen::VectorXd from, sum;
+  Eigen::MatrixXd products;
+  double n = 0.0;
+  explicit Moments(const Eigen::VectorXd &x)
+      : from(x), sum(Eigen::VectorXd::Zero(x.size())),
+        products(Eigen::MatrixXd::Zero(x.size(), x.size())) {}
+  void add(const Eigen::VectorXd &x) {
+    const Eigen::VectorXd d = x - from;
+    sum += d;
+    products += d * d.transpose();
+    n += 1.0;
   }
-  return nats - most;
+  Eigen::VectorXd mean() const { return from + sum / n; }
+  Eigen::MatrixXd covariance() const { return products / n - (sum / n) * (sum / n).transpose(); }
+};
+
+// Correlations of the features but angles, shrunk towards none by as much as is best in the mean
+// for so many independent blocks (Schaefer and Strimmer 2005, their target D), at least a little:
+// two sensors of the same may agree to the last digit.
+Eigen::MatrixXd correlations(const Moments &of, const Layout &layout, double independent) {
+  constexpr double least = 0.02;
+  Eigen::MatrixXd r = of.covariance();
+  const Eigen::VectorXd sd = r.diagonal().cwiseMax(0.0).cwiseSqrt();
+  double squares = 0.0, variance = 0.0;
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
+    for (Eigen::Index j = 0; j < r.cols(); ++j) {
+      const bool goes_along = sd[i] > 0.0 && sd[j] > 0.0 &&
+                              !is_angle(layout, static_cast<std::size_t>(i)) &&
+                              !is_angle(layout, static_cast<std::size_t>(j));
+      r(i, j) = goes_along && i != j ? std::clamp(r(i, j) / (sd[i] * sd[j]), -1.0, 1.0) : 0.0;
+      const double rest = 1.0 - r(i, j) * r(i, j);
+      squares += r(i, j) * r(i, j);
+      variance += goes_along && i != j ? rest * rest / std::max(independent - 1.0, 1.0) : 0.0;
+    }
+  }
+  r *= 1.0 - std::clamp(variance / std::max(squares, 1e-300), least, 1.0);
+  r.diagonal().setOnes();
+  return r;
+}
+
+// The lower triangle of the inverse, by rows; *log_det: of the matrix itself.
+std::vector<double> inverse_triangle(const Eigen::MatrixXd &of, double *log_det) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(of);
+  *log_det = 2.0 * llt.matrixLLT().diagonal().array().log().sum();
+  const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(of.rows(), of.cols()));
+  std::vector<double> triangle;
+  for (Eigen::Index i = 0; i < of.rows(); ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j)
+      triangle.push_back(inverse(i, j));
+  }
+  return triangle;
+}
+
+// By how many nats a first block is rather a later one: without the outcome that says most for it,
+// as begins_late() in lib/src/monitor/blocks_unknown.c, and without the one that says most against
+// it, whose sensor might be wrong.
+struct Later {
+  double without_for, without_against;
+};
+
+class LaterTest {
+public:
+  // constant: what is the same for every block.
+  LaterTest(const Basis &basis, const Layout &layout, double constant)
+      : layout_(layout), constant_(constant) {
+    later_.f32(0.0F);
+    for (const auto *numbers :
+         {&basis.later, &basis.later_sd, &basis.start_inverse, &basis.later_inverse})
+      put(*numbers, &later_);
+    put(basis.start, &start_);
+    put(basis.start_sd, &start_sd_);
+    view_.start = start_.bytes().data();
+    view_.start_sd = start_sd_.bytes().data();
+    view_.later = later_.bytes().data();
+  }
+  Later operator()(const Eigen::VectorXd &start) const {
+    const auto features = static_cast<std::uint32_t>(start.size());
+    basis_place place;
+    rimi_basis_place(&view_, features, start.data(), &place);
+    double nats = constant_, most = 0.0, least = 0.0;
+    for (std::uint32_t f = 0; f < features; ++f) {
+      double alone = 0.0;
+      nats += rimi_basis_later(&view_, features, &place, f, &alone);
+      if (!is_outcome(layout_, f))
+        continue;
+      most = std::max(most, alone);
+      least = std::min(least, alone);
+    }
+    return {nats - most, nats - least};
+  }
+
+private:
+  static void put(const std::vector<double> &numbers, SectionBytes *bytes) {
+    for (const double v : numbers)
+      bytes->f32(static_cast<float>(v));
+  }
+  const Layout &layout_;
+  double constant_;
+  SectionBytes start_, start_sd_, later_;
+  rim_basis view_{};
+};
+
+// The first blocks of the runs, and the later ones.
+struct Blocks {
+  Moments first, later;
+  Eigen::ArrayXd low, high; // of all blocks
+};
+
+Blocks blocks_of(const RunStore &runs, const Eigen::VectorXd &from) {
+  Blocks blocks{Moments(from), Moments(from), from, from};
+  for (const BlockRun &run : runs) {
+    if (run.start.size() > 0)
+      blocks.first.add(run.start);
+    const auto first = static_cast<Eigen::Index>(kLaterFrom * static_cast<double>(run.blocks()));
+    for (Eigen::Index b = 0; b < run.blocks(); ++b) {
+      const Eigen::VectorXd x = run.context.row(b);
+      blocks.low = blocks.low.min(x.array());
+      blocks.high = blocks.high.max(x.array());
+      if (b > first)
+        blocks.later.add(x);
+    }
+  }
+  return blocks;
+}
+
+// What likeliness as a later block no run's first one has, by the constants above.
+double late_nats(const RunStore &runs, const LaterTest &test) {
+  double likely = -kLateNats, clear = -HUGE_VAL; // the most of any run: without_for, _against
+  for (const BlockRun &run : runs) {
+    if (run.start.size() == 0)
+      continue;
+    const Later later = test(run.start);
+    likely = std::max(likely, later.without_for);
+    clear = std::max(clear, later.without_against);
+  }
+  return std::min(likely + kLateNats, clear + std::max(kLateNats, -kLatePart * clear));
 }
 
 } // namespace
 
 void learn_later(Basis *basis, const Layout &layout, const RunStore &runs) {
-  const auto features = static_cast<Eigen::Index>(layout.features());
-  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(features), squares = sum;
-  Eigen::ArrayXd low = Eigen::ArrayXd::Constant(features, HUGE_VAL), high = -low;
-  double n = 0.0;
-  for (const BlockRun &run : runs) {
-    const auto first = static_cast<Eigen::Index>(kLaterFrom * static_cast<double>(run.blocks()));
-    for (Eigen::Index b = 0; b < run.blocks(); ++b) {
-      const Eigen::ArrayXd x = run.context.row(b).transpose();
-      low = low.min(x);
-      high = high.max(x);
-      if (b <= first)
-        continue;
-      sum += x;
-      squares += x.square();
-      n += 1.0;
-    }
-  }
   basis->later.clear();
   basis->later_sd.clear();
-  if (n < 1.0)
+  const auto any = std::find_if(runs.begin(), runs.end(),
+                                [](const BlockRun &run) { return run.start.size() > 0; });
+  if (any == runs.end())
     return;
-  for (Eigen::Index f = 0; f < features; ++f) {
-    const double mean = sum[f] / n;
-    const double variance = std::max(squares[f] / n - mean * mean, 0.0);
-    const double width = high[f] - low[f] + 1e-6 * std::abs(mean) + 1e-9;
-    basis->later.push_back(mean);
-    basis->later_sd.push_back(std::max(std::sqrt(variance), kLeastSd * width));
+  const Blocks blocks = blocks_of(runs, any->start);
+  if (blocks.later.n < 1.0)
+    return;
+  const Eigen::VectorXd mean = blocks.later.mean();
+  const Eigen::VectorXd variance = blocks.later.covariance().diagonal();
+  for (Eigen::Index f = 0; f < mean.size(); ++f) {
+    const auto k = static_cast<std::size_t>(f);
+    const double width = blocks.high[f] - blocks.low[f] + 1e-6 * std::abs(mean[f]) + 1e-9;
+    const double sd = std::max(std::sqrt(std::max(variance[f], 0.0)), kLeastSd * width);
+    basis->later.push_back(is_angle(layout, k) ? basis->start[k] : mean[f]);
+    basis->later_sd.push_back(is_angle(layout, k) ? basis->start_sd[k] : sd);
   }
-  basis->late_nats = 0.0;
-  for (const BlockRun &run : runs) {
-    if (run.start.size() > 0)
-      basis->late_nats =
-          std::max(basis->late_nats, nats_later(*basis, layout, run.start) + kLateNats);
-  }
+  const auto independent = static_cast<double>(runs.size());
+  double of_start = 0.0, of_later = 0.0; // ln det
+  basis->start_inverse =
+      inverse_triangle(correlations(blocks.first, layout, independent), &of_start);
+  basis->later_inverse =
+      inverse_triangle(correlations(blocks.later, layout, independent), &of_later);
+  const double constant = 0.5 * (of_start - of_later);
+  basis->late_nats = late_nats(runs, LaterTest(*basis, layout, constant)) - constant;
 }
 
 } // namespace rim

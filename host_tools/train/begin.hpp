@@ -29,8 +29,8 @@ void learn_begin(Basis *basis, double period_s,
 
 // After learn_start(): what the features are in the later blocks of the runs, and how much likelier
 // a first block must be as one of these than as a first one, so that none of these runs seems to
-// have begun late: a monitor that is started under way has no past either. Leaves it empty where no
-// run has later blocks. O(blocks x features).
+// have begun late, with a wrong sensor or without: a monitor that is started under way has no past
+// either. Leaves it empty where no run has later blocks. O(blocks x features).
 void learn_later(Basis *basis, const Layout &layout, const RunStore &runs);
 
 } // namespace rim

@@ -380,7 +380,6 @@ public:
       raw.start.assign(layout.features(), 0.0);
       raw.start_sd.assign(layout.features(), 1e30);
       raw.later.clear();
-      raw.later_sd.clear();
       raw.learnt_s = 1e30;
     }
     section_ = basis_section(raw);

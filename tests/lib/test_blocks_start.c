@@ -4,18 +4,20 @@
 #include "monitor/blocks.h"
 #include "section_bytes.h"
 
+#include <math.h>
+
 enum { COMMAND, SENSOR, OTHER, D, O = 2, BLOCK = 5 };
 
 /* A command, which is the model's one term, and two outcomes. Healthy runs begin where all are 0,
- * +-.25; the command goes to +-1, the outcomes to +-10 and +-4. late_nats: 0, or later on all are
- * .7, +-.1. */
+ * +-.25; the command goes to +-1, the outcomes to +-10 and +-4. Later on all are .7, +-.1, or that
+ * is not known, where late_nats is NAN. */
 static blocks *started(double late_nats) {
   static bytes basis, outcome_feature, range;
   static _Alignas(8) uint8_t memory[4096];
   static const uint8_t role[D] = {BLOCKS_COMMAND, 0, 0};
   static const double widest[D] = {1.0, 10.0, 4.0};
   basis.size = outcome_feature.size = range.size = 0;
-  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, 1, 0, late_nats > 0.0 ? 4 : 2, 0, 0};
+  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, 1, 0, isnan(late_nats) ? 2 : 4, 0, 0};
   for (size_t i = 0; i < 8; ++i)
     u32(&basis, header[i]);
   u16(&basis, COMMAND);
@@ -27,7 +29,7 @@ static blocks *started(double late_nats) {
   f32(&basis, 1.0);
   for (size_t i = 0; i < 2 * O + 2 * D; ++i) /* first, first_sd; start, start_sd */
     f32(&basis, i < O || (i >= 2 * O && i < 2 * O + D) ? 0.0 : 0.25);
-  if (late_nats > 0.0) {
+  if (!isnan(late_nats)) {
     const double learnt_s = 100.0, begin[2] = {0.0, 1.0};
     f32(&basis, learnt_s);
     f32(&basis, begin[0]);
@@ -35,6 +37,12 @@ static blocks *started(double late_nats) {
     f32(&basis, late_nats);
     for (size_t i = 0; i < 2 * D; ++i)
       f32(&basis, i < D ? 0.7 : 0.1);
+    for (size_t k = 0; k < 2; ++k) { /* features go by themselves */
+      for (size_t i = 0; i < D; ++i) {
+        for (size_t j = 0; j <= i; ++j)
+          f32(&basis, i == j ? 1.0 : 0.0);
+      }
+    }
   }
   u16(&outcome_feature, SENSOR);
   u16(&outcome_feature, OTHER);
@@ -67,7 +75,7 @@ static void outcomes_out_of_range_are_no_other_start(void **state) {
       {1.1, 51.0, 21.0, false}, {1.9, 51.0, 21.0, false}, /* a command was given to the vehicle */
   };
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
-    blocks *const b = started(0.0);
+    blocks *const b = started(NAN);
     const double x[D] = {cases[k].command, cases[k].sensor, cases[k].other};
     for (uint32_t t = 0; t < BLOCK; ++t)
       (void)rimi_blocks_row(b, 0.1 * t, x, NULL, NULL, NULL);
@@ -85,9 +93,23 @@ static void what_is_rather_a_later_block_is_no_start(void **state) {
     double command, sensor, other, late_nats;
     bool is_start;
   } cases[] = {
-      {0.7, 0.7, 0.7, 9.6, false},  {0.7, 0.7, 0.7, 9.8, true},  {0.7, 0.7, 0.7, 0.0, true},
-      {0.0, 0.7, 0.7, 3.0, true},   {0.7, 0.7, 0.0, 3.0, true},  {0.0, 0.0, 0.0, 3.0, true},
-      {0.7, 51.0, 0.7, 3.0, false}, {0.7, 51.0, 0.7, 5.0, true}, /* the sensor is out of range */
+      {0.7, 0.7, 0.7, 9.6, false},
+      {0.7, 0.7, 0.7, 9.8, true},
+      {0.7, 0.7, 0.7, NAN, true},
+      {0.0, 0.7, 0.7, 3.0, true},
+      {0.7, 0.7, 0.0, 3.0, true},
+      {0.0, 0.0, 0.0, 3.0, true},
+      {0.7, 51.0, 0.7, 3.0, false},
+      {0.7, 51.0, 0.7, 9.8, true}, /* the sensor that does not count is the one out of range */
+      /* Rather a first block, by 12.7 and 51.2 nats, than a later one: those that were learnt from
+       * may all have been that by more. */
+      {0.35, 0.35, 0.35, -12.0, true},
+      {0.35, 0.35, 0.35, -13.0, false},
+      {0.0, 0.0, 0.0, -51.0, true},
+      /* Sensors that are out of range say nothing; of two of them, the rest says too little. */
+      {0.35, 51.0, 0.35, -8.0, true},
+      {0.35, 51.0, 0.35, -9.0, false},
+      {0.35, 51.0, 21.0, -9.0, true},
   };
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
     blocks *const b = started(cases[k].late_nats);
@@ -103,7 +125,7 @@ static void what_is_rather_a_later_block_is_no_start(void **state) {
 static void half_of_a_block_is_out_of_range(void **state) {
   (void)state;
   for (uint32_t rows = 0; rows <= BLOCK; ++rows) {
-    blocks *const b = started(0.0);
+    blocks *const b = started(NAN);
     for (uint32_t t = 0; t < 3 * BLOCK; ++t) {
       const bool is_far = t / BLOCK == 1 && t % BLOCK < rows;
       const double far = t % 2 == 0 ? 1e300 : -1e300;

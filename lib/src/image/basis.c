@@ -113,14 +113,32 @@ static bool terms_are_finite(const rim_basis *b) {
          numbers_are_positive(b->mean_inverse_sd, b->means);
 }
 
+static size_t triangle(uint32_t features) { return (size_t)features * (features + 1u) / 2u; }
+
+/* An element of a symmetric matrix of which the lower triangle is stored. */
+static double element(const uint8_t *matrix, uint32_t i, uint32_t j) {
+  return (double)rimi_le_f32(matrix, i > j ? triangle(i) + j : triangle(j) + i);
+}
+
+static bool laters_are_finite(const uint8_t *later, uint32_t features) {
+  const uint8_t *const sd = later + 4u * (1u + (size_t)features);
+  const uint8_t *const inverse = sd + 4u * (size_t)features;
+  if (!numbers_are_finite(later, 1u + (size_t)features) || !numbers_are_positive(sd, features) ||
+      !numbers_are_finite(inverse, 2u * triangle(features)))
+    return false;
+  for (uint32_t f = 0; f < features; ++f) {
+    if (!(element(inverse, f, f) > 0.0 && element(inverse + 4u * triangle(features), f, f) > 0.0))
+      return false;
+  }
+  return true;
+}
+
 static bool begins_are_finite(const rim_basis *b, uint32_t features, uint32_t outcomes) {
   return numbers_are_finite(b->first, outcomes) &&
          (b->first_sd == NULL || numbers_are_positive(b->first_sd, outcomes)) &&
          (b->start == NULL || (numbers_are_finite(b->start, features) &&
                                numbers_are_positive(b->start_sd, features))) &&
-         (b->later == NULL || (numbers_are_finite(b->later, 1u + (size_t)features) &&
-                               rimi_le_f32(b->later, 0) >= 0.0f &&
-                               numbers_are_positive(b->later + 4u * (1u + features), features))) &&
+         (b->later == NULL || laters_are_finite(b->later, features)) &&
          (b->begin == NULL || (b->learnt_s > 0.0 && rimi_is_finite(b->learnt_s) &&
                                numbers_are_finite(b->begin, 2u * (size_t)b->inputs * b->times)));
 }
@@ -143,12 +161,12 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.states = (uint16_t)states;
   b.rates = (uint16_t)rates;
   const uint32_t spread = rimi_le_u32(section, 5);
-  if (spread > 4u)
+  if (spread > 4u || (spread > 3u && features > BASIS_MAX_FEATURES))
     return RIM_E_RANGE;
   const size_t firsts = spread > 0u ? 2u : 1u; /* numbers per outcome */
   const size_t starts = spread > 1u ? 2u : 0u; /* per feature */
   const size_t begins = spread > 2u ? 1u + 2u * (size_t)b.inputs * b.times : 0u;
-  const size_t laters = spread > 3u ? 1u + 2u * (size_t)features : 0u;
+  const size_t laters = spread > 3u ? 1u + 2u * (size_t)features + 2u * triangle(features) : 0u;
   const size_t need =
       4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
             3u * (size_t)b.means + firsts * (size_t)outcomes + starts * (size_t)features + begins +
@@ -187,11 +205,35 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   return RIM_OK;
 }
 
-double rimi_basis_later(double x, const double start[2], const double later[2]) {
-  const double limit = BASIS_LATER_LIMIT;
-  const double s = rimi_clamp((x - start[0]) / start[1], -limit, limit);
-  const double l = rimi_clamp((x - later[0]) / later[1], -limit, limit);
-  return 0.5 * (s * s - l * l) + rimi_log(start[1] / later[1]);
+static float in_sd(double x, const uint8_t *mean, const uint8_t *sd, uint32_t f) {
+  return (float)rimi_clamp((x - (double)rimi_le_f32(mean, f)) / (double)rimi_le_f32(sd, f),
+                           -BASIS_LATER_LIMIT, BASIS_LATER_LIMIT);
+}
+
+void rimi_basis_place(const rim_basis *view, uint32_t features, const double *x,
+                      basis_place *place) {
+  const uint8_t *const mean = view->later + 4u, *const sd = mean + 4u * (size_t)features;
+  for (uint32_t f = 0; f < features; ++f) {
+    place->start[f] = in_sd(x[f], view->start, view->start_sd, f);
+    place->later[f] = in_sd(x[f], mean, sd, f);
+  }
+}
+
+double rimi_basis_later(const rim_basis *view, uint32_t features, const basis_place *place,
+                        uint32_t f, double *alone) {
+  const uint8_t *const sd = view->later + 4u * (1u + (size_t)features);
+  const uint8_t *const of_start = sd + 4u * (size_t)features;
+  const uint8_t *const of_later = of_start + 4u * triangle(features);
+  double start = 0.0, later = 0.0; /* rows of the inverse matrices times the features */
+  for (uint32_t g = 0; g < features; ++g) {
+    start += element(of_start, f, g) * (double)place->start[g];
+    later += element(of_later, f, g) * (double)place->later[g];
+  }
+  const double p = element(of_start, f, f), q = element(of_later, f, f);
+  const double widths =
+      rimi_log((double)rimi_le_f32(view->start_sd, f) / (double)rimi_le_f32(sd, f));
+  *alone = 0.5 * (start * start / p - later * later / q - rimi_log(p / q)) + widths;
+  return 0.5 * (start * (double)place->start[f] - later * (double)place->later[f]) + widths;
 }
 
 rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,

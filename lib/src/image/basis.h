@@ -23,10 +23,14 @@
  *   where S is 3 or 4: f32 learnt_s > 0, how far the healthy runs went; f32 begin[I][T][2]: before
  * the first row an exponential mean is taken to be begin[0] + begin[1] times its input. Without: as
  * its input in the first row, and the models are taken to hold for ever.
- *   where S is 4: f32 late_nats >= 0, later[features], later_sd[features]: what the features are in
- * the later blocks of healthy runs, in mean and standard deviation (> 0). A run whose first block
- * is likelier by late_nats or more as one of these than as a first one, without the outcome that
- * says most for it (rimi_basis_later()), is taken to have begun before its first row as well.
+ *   where S is 4: f32 late_nats, later[features], later_sd[features], start_inverse[features
+ * (features + 1) / 2], later_inverse[as many]: what the features are in the later blocks of healthy
+ * runs, in mean and standard deviation (> 0), and the inverse matrices of the features'
+ * correlations in first and in later blocks (the lower triangle by rows, > 0 on the diagonal; an
+ * angle's rows are those of the unit matrix). A run whose first block is likelier by late_nats or
+ * more as one of these than as a first one, without the outcome that says most for it
+ * (rimi_basis_later()), is taken to have begun before its first row as well. What is the same for
+ * every block, half of ln(det later_inverse / det start_inverse), is taken off late_nats.
  *   u16 state[2 ceil(Z / 2)]   the outcome that a state predicts, rolled forward (rolled.h)
  *   f32 limit[Z][2]       lowest and highest value of a state
  *   u16 rate[Q][4]        a state, and three factors of a part of its change per second: a filter's
@@ -58,6 +62,7 @@
 #define BASIS_STATE_MAGNITUDE 0x9000u
 #define BASIS_MAX_INPUTS 48u
 #define BASIS_MAX_TIMES 12u
+#define BASIS_MAX_FEATURES 128u /* of section BASIS with S = 4 */
 #define BASIS_MAX_TERMS 640u
 #define BASIS_MAX_MEANS 8u
 #define BASIS_MAX_STATES 8u /* a power of two */
@@ -90,15 +95,27 @@ typedef struct rim_basis {
   uint16_t states, rates;
   const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
       *first, *first_sd, *start, *start_sd, *begin; /* from first_sd on: NULL without */
-  const uint8_t *later; /* f32 late_nats, later[features], later_sd[features], or NULL */
+  const uint8_t *later;                             /* from late_nats to later_inverse, or NULL */
   const uint8_t *state, *limit, *rate, *weight;
   double learnt_s; /* 0: not known */
 } rim_basis;
 
-/* By how many nats a block mean x is likelier in a later block of a run than in its first one, each
- * normal: start and later are {mean, standard deviation}. At most BASIS_LATER_LIMIT standard
- * deviations count. */
-double rimi_basis_later(double x, const double start[2], const double later[2]);
+/* A block's features in standard deviations of first and of later blocks, of each at most
+ * BASIS_LATER_LIMIT. */
+typedef struct basis_place {
+  float start[BASIS_MAX_FEATURES], later[BASIS_MAX_FEATURES];
+} basis_place;
+
+/* x: the block's means; at most BASIS_MAX_FEATURES of them. view->later is not NULL. */
+void rimi_basis_place(const rim_basis *view, uint32_t features, const double *x,
+                      basis_place *place);
+
+/* What feature f adds to the nats by which a block is likelier as a later one of a run than as its
+ * first one, both normal (a quadratic discriminant); over all features these sum up to all nats but
+ * for what is the same for every block. *alone: how many fewer there are without that feature, the
+ * densities integrated over it. O(features). */
+double rimi_basis_later(const rim_basis *view, uint32_t features, const basis_place *place,
+                        uint32_t f, double *alone);
 
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE
  * a count or index out of range (features, outcomes: of the image); RIM_E_DATA a number not finite

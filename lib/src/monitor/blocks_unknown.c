@@ -91,28 +91,33 @@ static bool is_outcome(const blocks *b, size_t feature) {
  * are later. One outcome alone may be a sensor that is wrong, and one that is out of range is. */
 static bool begins_late(const blocks *b) {
   const rim_basis *n = &b->config.basis;
-  uint32_t odd = 0;
-  double nats = 0.0, most = 0.0; /* by which it is a later block; of one outcome */
+  uint32_t odd = 0, out = 0;
+  /* By which it is a later block; of the outcome without which it is that least; of one that is out
+   * of range. */
+  double nats = 0.0, most = 0.0, of_out = 0.0;
   if (n->start == NULL || b->config.external)
     return false;
-  for (size_t f = 0; f < b->config.features; ++f) {
+  basis_place place;
+  if (n->later != NULL)
+    rimi_basis_place(n, b->config.features, SUM(b), &place);
+  for (uint32_t f = 0; f < b->config.features; ++f) {
     const double start[2] = {(double)rimi_le_f32(n->start, f), (double)rimi_le_f32(n->start_sd, f)};
     const double x = SUM(b)[f];
-    const bool reads = is_outcome(b, f);
-    if (blocks_whole_turn(b, f) > 0.0 || (reads && rimi_blocks_is_out(b, (uint16_t)f)))
-      continue;
-    if (rimi_abs(x - start[0]) > BASIS_START_LIMIT * start[1])
+    const bool reads = is_outcome(b, f), is_out = reads && rimi_blocks_is_out(b, (uint16_t)f);
+    double alone = 0.0;
+    nats += n->later != NULL ? rimi_basis_later(n, b->config.features, &place, f, &alone) : 0.0;
+    if (reads && !is_out)
+      most = rimi_max(most, alone);
+    if (is_out) {
+      out++;
+      of_out = alone;
+    } else if (blocks_whole_turn(b, f) <= 0.0 &&
+               rimi_abs(x - start[0]) > BASIS_START_LIMIT * start[1])
       odd += reads ? 1u : ODD_OUTCOMES;
-    if (n->later != NULL) {
-      const double later[2] = {(double)rimi_le_f32(n->later, 1u + f),
-                               (double)rimi_le_f32(n->later, 1u + (size_t)b->config.features + f)};
-      const double of_one = rimi_basis_later(x, start, later);
-      nats += of_one;
-      most = reads ? rimi_max(most, of_one) : most;
-    }
   }
-  return odd >= ODD_OUTCOMES ||
-         (n->later != NULL && nats - most >= (double)rimi_le_f32(n->later, 0));
+  if (odd >= ODD_OUTCOMES || n->later == NULL || out > 1)
+    return odd >= ODD_OUTCOMES; /* of two sensors that are wrong the others say too little */
+  return nats - (out == 1 ? of_out : most) >= (double)rimi_le_f32(n->later, 0);
 }
 
 /* Standard deviation of an input's integral over the rows that gaps left out: the input may have

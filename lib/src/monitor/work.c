@@ -141,7 +141,9 @@ static double trained_block(const rim_work_counts *n) {
                         /* After a gap, and in a run that is longer than the healthy ones. */
                         2u * o * (n->terms + 3.0 * BASIS_MAX_STATES * n->rates) * LOOK +
                         3u * n->times * (double)EXPONENTIAL +
-                        n->features * n->outcomes * (double)CELL + n->channels * (double)GATHER;
+                        n->features * n->outcomes * (double)CELL + n->channels * (double)GATHER +
+                        /* A run's first block against later ones, feature by feature. */
+                        n->features * (2.0 * n->features * ADD + 2u * (EXPONENTIAL + LOOK));
   const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
                         o * o * (2.0 + n->means) * PRODUCT + prediction(n) + products(n) + unknown +
                         (n->external ? 0.0 : correction(n));

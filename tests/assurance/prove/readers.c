@@ -153,7 +153,7 @@ static void use(void) {
   if (view.start_sd != NULL)
     is_inside(view.start_sd, 4u * features);
   if (view.later != NULL)
-    is_inside(view.later, 4u * (1u + 2u * features));
+    is_inside(view.later, 4u * (1u + features * (3u + features)));
 }
 #elif SECTION == 7
 #include "basis.c"
