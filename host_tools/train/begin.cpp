@@ -139,24 +139,24 @@ namespace {
 struct Moments {
   Eigen::VectorXd from, sum;
   Eigen::MatrixXd products;
-  double n = 0.0;
+  double n = 0.0, runs = 0.0; // blocks, and the runs that they are of
   explicit Moments(const Eigen::VectorXd &x)
       : from(x), sum(Eigen::VectorXd::Zero(x.size())),
         products(Eigen::MatrixXd::Zero(x.size(), x.size())) {}
-  void add(const Eigen::VectorXd &x) {
+  void add(const Eigen::VectorXd &x, double times = 1.0) { // -1: takes it away
     const Eigen::VectorXd d = x - from;
-    sum += d;
-    products += d * d.transpose();
-    n += 1.0;
+    sum += times * d;
+    products += times * d * d.transpose();
+    n += times;
   }
   Eigen::VectorXd mean() const { return from + sum / n; }
   Eigen::MatrixXd covariance() const { return products / n - (sum / n) * (sum / n).transpose(); }
 };
 
 // Correlations of the features but angles, shrunk towards none by as much as is best in the mean
-// for so many independent blocks (Schaefer and Strimmer 2005, their target D), at least a little:
-// two sensors of the same may agree to the last digit.
-Eigen::MatrixXd correlations(const Moments &of, const Layout &layout, double independent) {
+// for blocks of so many runs (Schaefer and Strimmer 2005, their target D), at least a little: two
+// sensors of the same may agree to the last digit.
+Eigen::MatrixXd correlations(const Moments &of, const Layout &layout) {
   constexpr double least = 0.02;
   Eigen::MatrixXd r = of.covariance();
   const Eigen::VectorXd sd = r.diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -169,7 +169,7 @@ Eigen::MatrixXd correlations(const Moments &of, const Layout &layout, double ind
       r(i, j) = goes_along && i != j ? std::clamp(r(i, j) / (sd[i] * sd[j]), -1.0, 1.0) : 0.0;
       const double rest = 1.0 - r(i, j) * r(i, j);
       squares += r(i, j) * r(i, j);
-      variance += goes_along && i != j ? rest * rest / std::max(independent - 1.0, 1.0) : 0.0;
+      variance += goes_along && i != j ? rest * rest / std::max(of.runs - 1.0, 1.0) : 0.0;
     }
   }
   r *= 1.0 - std::clamp(variance / std::max(squares, 1e-300), least, 1.0);
@@ -177,17 +177,17 @@ Eigen::MatrixXd correlations(const Moments &of, const Layout &layout, double ind
   return r;
 }
 
-// The lower triangle of the inverse, by rows; *log_det: of the matrix itself.
-std::vector<double> inverse_triangle(const Eigen::MatrixXd &of, double *log_det) {
-  const Eigen::LLT<Eigen::MatrixXd> llt(of);
-  *log_det = 2.0 * llt.matrixLLT().diagonal().array().log().sum();
-  const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(of.rows(), of.cols()));
-  std::vector<double> triangle;
-  for (Eigen::Index i = 0; i < of.rows(); ++i) {
+// The lower triangle of the inverse correlations, by rows. Returns ln det of the correlations.
+double learn_inverse(const Moments &of, const Layout &layout, std::vector<double> *triangle) {
+  const Eigen::MatrixXd r = correlations(of, layout);
+  const Eigen::LLT<Eigen::MatrixXd> llt(r);
+  const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(r.rows(), r.cols()));
+  triangle->clear();
+  for (Eigen::Index i = 0; i < r.rows(); ++i) {
     for (Eigen::Index j = 0; j <= i; ++j)
-      triangle.push_back(inverse(i, j));
+      triangle->push_back(inverse(i, j));
   }
-  return triangle;
+  return 2.0 * llt.matrixLLT().diagonal().array().log().sum();
 }
 
 // By how many nats a first block is rather a later one: without the outcome that says most for it,
@@ -248,8 +248,11 @@ struct Blocks {
 Blocks blocks_of(const RunStore &runs, const Eigen::VectorXd &from) {
   Blocks blocks{Moments(from), Moments(from), from, from};
   for (const BlockRun &run : runs) {
-    if (run.start.size() > 0)
+    blocks.later.runs += 1.0;
+    if (run.start.size() > 0) {
       blocks.first.add(run.start);
+      blocks.first.runs += 1.0;
+    }
     const auto first = static_cast<Eigen::Index>(kLaterFrom * static_cast<double>(run.blocks()));
     for (Eigen::Index b = 0; b < run.blocks(); ++b) {
       const Eigen::VectorXd x = run.context.row(b);
@@ -262,13 +265,18 @@ Blocks blocks_of(const RunStore &runs, const Eigen::VectorXd &from) {
   return blocks;
 }
 
-// What likeliness as a later block no run's first one has, by the constants above.
-double late_nats(const RunStore &runs, const LaterTest &test) {
+// The likeliness as a later block that no run's first one has, by the constants above. The
+// correlations are those of the other runs.
+double late_nats(Basis basis, const Layout &layout, const RunStore &runs, Moments first,
+                 double ln_det_later) {
   double likely = -kLateNats, clear = -HUGE_VAL; // the most of any run: without_for, _against
   for (const BlockRun &run : runs) {
     if (run.start.size() == 0)
       continue;
-    const Later later = test(run.start);
+    first.add(run.start, -1.0);
+    const double constant = learn_inverse(first, layout, &basis.start_inverse) - ln_det_later;
+    first.add(run.start);
+    const Later later = LaterTest(basis, layout, 0.5 * constant)(run.start);
     likely = std::max(likely, later.without_for);
     clear = std::max(clear, later.without_against);
   }
@@ -296,14 +304,10 @@ void learn_later(Basis *basis, const Layout &layout, const RunStore &runs) {
     basis->later.push_back(is_angle(layout, k) ? basis->start[k] : mean[f]);
     basis->later_sd.push_back(is_angle(layout, k) ? basis->start_sd[k] : sd);
   }
-  const auto independent = static_cast<double>(runs.size());
-  double of_start = 0.0, of_later = 0.0; // ln det
-  basis->start_inverse =
-      inverse_triangle(correlations(blocks.first, layout, independent), &of_start);
-  basis->later_inverse =
-      inverse_triangle(correlations(blocks.later, layout, independent), &of_later);
-  const double constant = 0.5 * (of_start - of_later);
-  basis->late_nats = late_nats(runs, LaterTest(*basis, layout, constant)) - constant;
+  const double of_first = learn_inverse(blocks.first, layout, &basis->start_inverse);
+  const double of_later = learn_inverse(blocks.later, layout, &basis->later_inverse);
+  basis->late_nats =
+      late_nats(*basis, layout, runs, blocks.first, of_later) - 0.5 * (of_first - of_later);
 }
 
 } // namespace rim

@@ -113,7 +113,7 @@ static bool terms_are_finite(const rim_basis *b) {
          numbers_are_positive(b->mean_inverse_sd, b->means);
 }
 
-static size_t triangle(uint32_t features) { return (size_t)features * (features + 1u) / 2u; }
+static size_t triangle(size_t features) { return features * (features + 1u) / 2u; }
 
 /* An element of a symmetric matrix of which the lower triangle is stored. */
 static double element(const uint8_t *matrix, uint32_t i, uint32_t j) {

@@ -143,7 +143,7 @@ static double trained_block(const rim_work_counts *n) {
                         3u * n->times * (double)EXPONENTIAL +
                         n->features * n->outcomes * (double)CELL + n->channels * (double)GATHER +
                         /* A run's first block against later ones, feature by feature. */
-                        n->features * (2.0 * n->features * ADD + 2u * (EXPONENTIAL + LOOK));
+                        n->features * (2.0 * n->features * ADD + 2.0 * EXPONENTIAL + 2.0 * LOOK);
   const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
                         o * o * (2.0 + n->means) * PRODUCT + prediction(n) + products(n) + unknown +
                         (n->external ? 0.0 : correction(n));
