@@ -27,10 +27,11 @@ std::vector<std::size_t> runs_for_begin(const Survey &survey);
 void learn_begin(Basis *basis, double period_s,
                  const std::function<RunStore(const Basis &)> &blocks);
 
-// After learn_start(): what the features are in the later blocks of the runs, and how much likelier
-// a first block must be as one of these than as a first one, so that none of these runs seems to
-// have begun late, with a wrong sensor or without: a monitor that is started under way has no past
-// either. Leaves it empty where no run has later blocks. O(blocks x features).
+// After learn_start(): what the features are in the later blocks of the runs, how they go together
+// in first and in later blocks, and how much likelier a first block must be as a later one than as
+// a first one, so that none of these runs seems to have begun late, with a wrong sensor or without:
+// a monitor that is started under way has no past either. Leaves `later` empty where no run has
+// later blocks. O(blocks x features^2 + runs x features^3).
 void learn_later(Basis *basis, const Layout &layout, const RunStore &runs);
 
 } // namespace rim
