@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The house: rooms include only what their table allows, and no symbol is public that no header
-# declares. Each check is also shown a tree that breaks its rule.
+# The house: rooms include only what their table allows, requirements name code and tests that are
+# there, and no symbol is public that no header declares. Each check is also shown what breaks its
+# rule.
 . "$(dirname "$0")/check.inc"
 python3 "$root/tests/rooms.py" > "$here/said" 2>&1; check "rooms include what rooms.txt allows" 0 $? || tail -20 "$here/said"
 contains "the graph is printed" "$(cat "$here/said")" "monitor .*search("
@@ -19,6 +20,12 @@ none() { (cd "$root" && python3 tests/assurance/mutate.py "$BUILD" --number 0 --
 contains "every equivalent mutant is of a line in the source" "$(none tests/assurance/equivalent.txt)" "no place to try"
 echo 'lib/src/base/crc.c | no such line; | no; | it is gone' > "$here/gone.txt"
 contains "one that is not is named" "$(none "$here/gone.txt")" "gone.txt:1: .*a line that is in the source"
+
+# Requirements: each names code and a test that are there.
+trace() { (cd "$root" && python3 tests/assurance/trace.py "$1" 2>&1); }
+trace firmware/ASSURANCE.md > "$here/said"; check "every requirement names code and a test" 0 $? || cat "$here/said"
+sed 's/c:begins_late`/c:begins_never`/' "$root/firmware/ASSURANCE.md" > "$here/gone.md"
+contains "a name that is gone is said" "$(trace "$here/gone.md")" "no 'begins_never'"
 
 if [ -n "$SANITIZE" ]; then skipped=2; finish; fi
 "$root/lib/check_symbols.sh" nm "$BUILD/librim.a" names; check "names begin with rim_ or rimi_" 0 $?
