@@ -27,10 +27,8 @@ std::size_t filters_of(const Basis::Term &term) {
 namespace {
 
 void put(SectionBytes *bytes, std::initializer_list<const std::vector<double> *> all) {
-  for (const auto *numbers : all) {
-    for (const double v : *numbers)
-      bytes->f32(static_cast<float>(v));
-  }
+  for (const auto *numbers : all)
+    bytes->f32s(*numbers);
 }
 
 // How runs begin, and how far they go.
@@ -70,8 +68,7 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     bytes.u16(input.a);
     bytes.u16(input.b);
   }
-  for (const double share : basis.share)
-    bytes.f32(static_cast<float>(share));
+  bytes.f32s(basis.share);
   for (const Basis::Term &term : basis.terms) {
     bytes.u16(term.op);
     bytes.u16(term.a);

@@ -7,11 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/bytes.h"
 #include "base/crc.h"
+#include "rim/image.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
-#include "base/bytes.h"
-#include "rim/image.h"
 
 namespace rim {
 
@@ -19,6 +19,11 @@ void SectionBytes::little(std::uint64_t value, int count) {
   for (int i = 0; i < count; ++i) {
     bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
   }
+}
+
+void SectionBytes::f32s(const std::vector<double> &values) {
+  for (const double v : values)
+    f32(static_cast<float>(v));
 }
 
 void SectionBytes::f32(float value) {

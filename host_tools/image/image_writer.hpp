@@ -19,6 +19,7 @@ public:
   void u32(std::uint32_t value) { little(value, 4); }
   void u64(std::uint64_t value) { little(value, 8); }
   void f32(float value);
+  void f32s(const std::vector<double> &values); // each in single precision
   void f64(double value);
   // The characters and a NUL. Throws std::invalid_argument where the text itself holds a NUL.
   void text(std::string_view value);

@@ -205,9 +205,9 @@ public:
     later_.f32(0.0F);
     for (const auto *numbers :
          {&basis.later, &basis.later_sd, &basis.start_inverse, &basis.later_inverse})
-      put(*numbers, &later_);
-    put(basis.start, &start_);
-    put(basis.start_sd, &start_sd_);
+      later_.f32s(*numbers);
+    start_.f32s(basis.start);
+    start_sd_.f32s(basis.start_sd);
     view_.start = start_.bytes().data();
     view_.start_sd = start_sd_.bytes().data();
     view_.later = later_.bytes().data();
@@ -229,10 +229,6 @@ public:
   }
 
 private:
-  static void put(const std::vector<double> &numbers, SectionBytes *bytes) {
-    for (const double v : numbers)
-      bytes->f32(static_cast<float>(v));
-  }
   const Layout &layout_;
   double constant_;
   SectionBytes start_, start_sd_, later_;

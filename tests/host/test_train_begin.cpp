@@ -240,16 +240,12 @@ double turns(bool is_first, Eigen::Index f, double common, double noise) {
 // lib/src/monitor/blocks_unknown.c).
 bool is_late(const rim::Basis &basis, const Eigen::VectorXd &x) {
   rim::SectionBytes start, start_sd, later;
-  const auto put = [](const std::vector<double> &numbers, rim::SectionBytes *bytes) {
-    for (const double v : numbers)
-      bytes->f32(static_cast<float>(v));
-  };
-  put(basis.start, &start);
-  put(basis.start_sd, &start_sd);
-  put({basis.late_nats}, &later);
+  start.f32s(basis.start);
+  start_sd.f32s(basis.start_sd);
+  later.f32s({basis.late_nats});
   for (const auto *numbers :
        {&basis.later, &basis.later_sd, &basis.start_inverse, &basis.later_inverse})
-    put(*numbers, &later);
+    later.f32s(*numbers);
   rim_basis view{};
   view.start = start.bytes().data();
   view.start_sd = start_sd.bytes().data();
