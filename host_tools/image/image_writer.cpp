@@ -7,11 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "base/bytes.h"
 #include "base/crc.h"
-#include "rim/image.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
+#include "base/bytes.h"
+#include "rim/image.h"
 
 namespace rim {
 

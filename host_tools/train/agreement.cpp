@@ -679,14 +679,11 @@ std::vector<std::uint8_t> agreement_section(const Agreement &a, std::size_t mean
   bytes.u32(static_cast<std::uint32_t>(a.inverse_sd.size()));
   bytes.u32(static_cast<std::uint32_t>(means));
   bytes.u32(static_cast<std::uint32_t>(a.integrands.size()));
-  for (const double v : a.inverse_sd)
-    bytes.f32(static_cast<float>(v));
+  bytes.f32s(a.inverse_sd);
   for (const std::uint8_t byte : integrand_bytes(a.integrands))
     bytes.u8(byte);
-  for (const auto *numbers : {&a.integrand_inverse_sd, &a.partial}) {
-    for (const double v : *numbers)
-      bytes.f32(static_cast<float>(v));
-  }
+  bytes.f32s(a.integrand_inverse_sd);
+  bytes.f32s(a.partial);
   for (Eigen::Index i = 0; i < a.row.rows(); ++i) {
     for (Eigen::Index j = 0; j < a.row.cols(); ++j)
       bytes.f32(static_cast<float>(a.row(i, j)));

@@ -10,8 +10,8 @@
  * counts of its sections, so none depends on what is observed. Per step (rim_monitor_step):
  *
  *   row     d values looked at and summed, o outcomes, I inputs through T filters each
- *   block   d features, o outcomes with a logarithm, P terms, d^2 once; then the search takes the
- *           block in
+ *   block   d features, d^2 in a run's first, o outcomes with a logarithm, P terms; then the search
+ *           takes the block in
  *   search  U units of search
  *   judge   c scores, and the record of an alarm
  *   watch   interference: 25 multiply-adds, 10 exponentials, 6 logarithms
