@@ -22,7 +22,9 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
   if (exists && S_ISDIR(info.st_mode))
     throw DataError(path_ + ": is a folder");
   const bool direct = exists && !S_ISREG(info.st_mode);
+  std::optional<HoldInterrupts> made; // no file that an interruption does not know of
   if (!direct) {
+    made.emplace();
     temporary_ = path_ + ".tmp." + std::to_string(::getpid());
     unfinished_.emplace(temporary_);
   }

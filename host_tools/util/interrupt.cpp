@@ -23,7 +23,6 @@ struct Slot {
 std::array<Slot, 64> slots;
 std::array<std::array<char, kLongest>, 2> kept_path;
 std::atomic<unsigned> kept{0};
-std::atomic<bool> ending{false};
 // Taken by the thread that holds interruptions, and by the handler for good. `depth` is how often
 // this thread holds: when it writes to a closed pipe meanwhile, its own handler must not wait.
 std::atomic<bool> holding{false};
@@ -31,8 +30,9 @@ thread_local volatile std::sig_atomic_t depth = 0;
 
 void take_hold() {
   while (holding.exchange(true))
-    continue; // another thread is between two system calls
+    continue; // another thread is between two system calls, or its handler ends the program
 }
+
 const char *program_name = "";
 
 // stderr without the buffers and locks of stdio, which a handler must not use.
@@ -80,7 +80,6 @@ void say(unsigned removed) {
 }
 
 extern "C" void interrupted(int signal) {
-  ending = true;
   if (depth == 0)
     take_hold();
   unsigned removed = 0;
@@ -116,8 +115,6 @@ void clean_up_when_interrupted(const char *program) {
 }
 
 Unfinished::Unfinished(const std::string &path) : slot_(-1) {
-  while (ending) // another thread's handler is about to end the program: make no further file
-    ::pause();
   if (path.size() >= kLongest)
     return;
   for (std::size_t i = 0; i < slots.size() && slot_ < 0; ++i) {

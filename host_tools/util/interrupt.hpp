@@ -15,7 +15,8 @@ namespace rim {
 void clean_up_when_interrupted(const char *program);
 
 // A file that an interruption removes, from its construction to the end of its life. At most 64 at
-// a time; a further one is not removed.
+// a time; a further one is not removed. Where other threads work, make it and the file while
+// interruptions are held: the file of one that is late would stay.
 class Unfinished {
 public:
   explicit Unfinished(const std::string &path);

@@ -67,13 +67,14 @@ out=$(stop SIGHUP started "$RIM" diagnose run_4.csv endless --out found)
 contains "diagnose, SIGHUP" "$out" '^-1 .*no file was written or changed$'
 [ ! -e found ]; check "diagnose: no folder" 0 $?
 
-out=$(stop SIGINT 'runs/run_0003.csv' "$RIM" simulate lander --out runs --runs 5000 --seed 2)
+out=$(stop SIGINT 'runs/run_0030.csv' "$RIM" simulate lander --out runs --runs 5000 --seed 2)
 kept=$(ls runs/run_*.csv | wc -l)
 contains "simulate: how many are kept" "$out" "^-2 .*interrupted: $kept files are complete and kept, the last runs/run_[0-9]*.csv"
 check "simulate: no temporary" 0 "$(left)"
-"$RIM" simulate lander --out whole --runs "$kept" --seed 2 > /dev/null 2>&1
+last=$(ls runs/run_*.csv | tail -1 | tr -dc 0-9) # its number: threads may leave gaps before it
+"$RIM" simulate lander --out whole --runs "$((10#$last))" --seed 2 > /dev/null 2>&1
 same=0; for f in runs/run_*.csv; do cmp -s "$f" whole/"$(basename "$f")" && same=$((same + 1)); done
-[ "$same" -ge 3 ] && [ "$same" -ge $((kept - 4)) ]; check "simulate: each that is there is whole ($same of $kept compared)" 0 $?
+check "simulate: each that is there is whole" "$kept" "$same"
 complete=$(for f in runs/run_*.csv; do tail -c 1 "$f" | od -An -c; done | grep -c '\\n')
 check "simulate: every last line has its end" "$kept" "$complete"
 
