@@ -150,6 +150,8 @@ void write_output_folder(const std::vector<std::pair<std::string, std::string>> 
                                               : ::rename(temporary.path.c_str(), path.c_str()) == 0;
   if (!placed)
     refuse(folder, std::string("cannot be put in place: ") + std::strerror(errno));
+  if (!files.empty())
+    note_renamed((path / files.back().first).string());
   flush_folder(path.parent_path());
 }
 

@@ -133,14 +133,22 @@ Unfinished::~Unfinished() {
   slots[static_cast<std::size_t>(slot_)].taken = false;
 }
 
-void note_kept(const std::string &path) {
-  const unsigned next = kept.load() + 1;
-  std::array<char, kLongest> &place = kept_path[next % 2];
+namespace {
+void name_kept(unsigned number, const std::string &path) {
+  std::array<char, kLongest> &place = kept_path[number % 2];
   const std::size_t length = std::min(path.size(), kLongest - 1);
   std::memcpy(place.data(), path.c_str(), length);
   place[length] = '\0';
+}
+} // namespace
+
+void note_kept(const std::string &path) {
+  const unsigned next = kept.load() + 1;
+  name_kept(next, path);
   kept = next;
 }
+
+void note_renamed(const std::string &path) { name_kept(kept.load(), path); }
 
 HoldInterrupts::HoldInterrupts() {
   const sigset_t set = those_held();

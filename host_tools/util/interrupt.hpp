@@ -32,6 +32,9 @@ private:
 // held, together with the step that completed it.
 void note_kept(const std::string &path);
 
+// The one that was counted last has another name by now. Call it while interruptions are held.
+void note_renamed(const std::string &path);
+
 // Interruptions wait while it lives, whichever thread they reach: for steps of which either all or
 // none should be seen. One thread holds at a time and the others wait: keep it short. It may be
 // nested.
