@@ -10,20 +10,16 @@
 #include "report/outputs.hpp"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
-#include "util/interrupt.hpp"
 
 #include "diagnose_case.hpp"
 #include "diagnosis_sample.hpp"
+#include "interrupted.hpp"
 
-#include <algorithm>
-#include <array>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -314,26 +310,13 @@ void failure_leaves_the_old(void **) {
 // The files have their own names by the time that an interruption speaks of them.
 void an_interruption_names_the_folder_in_place(void **) {
   const Place place;
-  std::array<int, 2> said{};
-  assert_int_equal(pipe(said.data()), 0);
-  const pid_t child = fork();
-  if (child == 0) {
-    dup2(said[1], STDERR_FILENO);
-    rim::clean_up_when_interrupted("program");
-    {
-      const rim::HoldInterrupts until_it_is_there;
-      rim::diagnose::write_output_folder(files(), place / "out");
-      raise(SIGINT);
-    }
-    _exit(1);
-  }
-  close(said[1]);
-  std::string text(4096, '\0');
-  text.resize(static_cast<std::size_t>(std::max<ssize_t>(read(said[0], text.data(), 4096), 0)));
-  close(said[0]);
-  int status = 0;
-  assert_int_equal(waitpid(child, &status, 0), child);
-  assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
+  const std::string text = interrupted(
+      [&place] {
+        const rim::HoldInterrupts until_it_is_there;
+        rim::diagnose::write_output_folder(files(), place / "out");
+        raise(SIGINT);
+      },
+      [](pid_t) {});
   const std::string named =
       " files are complete and kept, the last " + fs::canonical(place / "out/labels.csv").string();
   if (text.find(named + "\n") == std::string::npos) // those of the tests before count too

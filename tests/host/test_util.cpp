@@ -2,20 +2,18 @@
 // The small things that everything leans on: files that are whole or absent, shards, threads,
 // tables.
 #include "check.hpp"
+#include "interrupted.hpp"
 #include "temporary.hpp"
 #include "thesis/shard.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
-#include "util/interrupt.hpp"
 #include "util/parallel_for.hpp"
 #include "util/table.hpp"
 #include "util/utf8.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -116,34 +114,23 @@ void files_that_cannot_be_are_said_so(void **) {
 // What an interrupted program says, and its files, of which several threads put one after the other
 // in place. The signal comes when `enough` are there.
 std::string interrupted_after(int enough, const fs::path &folder) {
-  std::array<int, 2> said{};
-  assert_int_equal(pipe(said.data()), 0);
-  const pid_t child = fork();
-  if (child == 0) {
-    dup2(said[1], STDERR_FILENO);
-    rim::clean_up_when_interrupted("program");
-    const auto write = [&folder](int thread) {
-      for (int i = 0; i < 1000000; ++i)
-        rim::AtomicFile(folder / (std::to_string(thread) + "_" + std::to_string(i))).commit();
-    };
-    std::thread(write, 1).detach();
-    write(0);
-    _exit(1);
-  }
-  close(said[1]);
+  const auto write = [&folder](int thread) {
+    for (int i = 0; i < 1000000; ++i)
+      rim::AtomicFile(folder / (std::to_string(thread) + "_" + std::to_string(i))).commit();
+  };
   const auto files = [&folder] {
     return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
   };
-  while (files() < enough && waitpid(child, nullptr, WNOHANG) == 0)
-    continue;
-  kill(child, SIGINT);
-  std::string text(4096, '\0');
-  text.resize(static_cast<std::size_t>(std::max<ssize_t>(read(said[0], text.data(), 4096), 0)));
-  close(said[0]);
-  int status = 0;
-  waitpid(child, &status, 0);
-  assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
-  return text;
+  return interrupted(
+      [&write] {
+        std::thread(write, 1).detach();
+        write(0);
+      },
+      [&files, enough](pid_t program) {
+        while (files() < enough && waitpid(program, nullptr, WNOHANG) == 0)
+          continue;
+        kill(program, SIGINT);
+      });
 }
 
 void an_interrupted_program_counts_every_file_it_leaves(void **) {
