@@ -12,7 +12,6 @@
 #include "util/table.hpp"
 #include "util/utf8.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
