@@ -33,7 +33,7 @@ constexpr Code kCodes[] = {
     {"KIND_GAIN", RIM_KIND_GAIN, "in proportion to the outcome"},
     {"KIND_VARIANCE", RIM_KIND_VARIANCE, "ratio of variances"},
     {"KIND_DRIFT", RIM_KIND_DRIFT, "the outcome's unit, at t_s"},
-    {"KIND_REPEAT", RIM_KIND_REPEAT, "share of readings equal to the one before"},
+    {"KIND_REPEAT", RIM_KIND_REPEAT, "share of readings equal to the one before, or to 0"},
     {"KIND_BLOCKED", RIM_KIND_BLOCKED, "m/s slower than commanded"},
     {"KIND_PUSHED", RIM_KIND_PUSHED, "m/s faster than commanded"},
     {"FLAG_REPLAY", RIM_ALARM_FLAG_REPLAY, "flags: from a recording"},

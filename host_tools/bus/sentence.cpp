@@ -47,7 +47,7 @@ std::string deviation(const rim_alarm &a, const Quantity &outcome) {
     return outcome.words + " drifts and by now reads " + amount(size, outcome.unit) +
            (high ? " high" : " low") + error_words(a.shift_sd[0], outcome.unit);
   case RIM_KIND_REPEAT:
-    return outcome.words + " repeats its last reading in " + cell(100.0 * size, 3) +
+    return outcome.words + " repeats its last reading, or reads 0, in " + cell(100.0 * size, 3) +
            " % " + (high ? "more" : "less") + " of the rows than it should";
   default:
     return outcome.words + " reads " + amount(size, outcome.unit) + (high ? " high" : " low") +
@@ -141,7 +141,7 @@ const char *detector_text(int detector) {
 
 const char *kind_text(int kind) {
   static const char *const text[] = {"shift",  "gain",    "variance", "drift",
-                                     "repeat", "blocked",   "pushed"};
+                                     "repeat", "blocked", "pushed"};
   return kind >= 0 && kind < 7 ? text[kind] : "unknown";
 }
 

@@ -107,6 +107,21 @@ void limit_scatter(std::vector<Series> *series) {
   }
 }
 
+// The mean over all blocks, which leaves them. An effect of a run has mean 0 over the runs: a share
+// of repeats that every healthy run has would count as what runs differ by, and hide a fault as
+// large.
+double take_off_mean(std::vector<Series> *series) {
+  double sum = 0.0, n = 0.0;
+  for (const Series &s : *series) {
+    sum += s.r.sum();
+    n += s.known.sum();
+  }
+  const double mean = static_cast<double>(static_cast<float>(sum / std::max(n, 1.0)));
+  for (Series &s : *series)
+    s.r -= mean * s.known;
+  return mean;
+}
+
 // What ln sigma(x) depends on, in every block of a run.
 Eigen::MatrixXd scale_terms(const Series &s) {
   Eigen::MatrixXd x(s.r.size(), static_cast<Eigen::Index>(NOISE_SIGMA_TERMS));
@@ -615,6 +630,8 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
     }
     if (column / outcomes == RIM_CHANNEL_SCATTER)
       limit_scatter(&series);
+    if (column / outcomes == RIM_CHANNEL_REPEAT)
+      c.mean = take_off_mean(&series);
     if (column < 2 * outcomes || column / outcomes == RIM_CHANNEL_STEP)
       fit_scale(&c, column >= outcomes, &series);
     fit_channel(&c, series);
@@ -644,7 +661,7 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
     for (const double v :
          {c.active ? std::max(1.0, c.limit) : 0.0, static_cast<double>(c.combination.rows()), c.rho,
           c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2], c.ln_sigma[3],
-          c.ln_sigma[4]})
+          c.ln_sigma[4], c.mean})
       bytes.f32(static_cast<float>(v));
     for (std::size_t k = 0; k < fields; ++k)
       bytes.f32(1.0F);

@@ -93,9 +93,10 @@ void sentences_say_what_where_when_and_how_sure(void **) {
                      "s (1 observation): many healthy runs show as much");
   a.kind = RIM_KIND_REPEAT;
   a.shift[0] = 0.35;
-  assert_sentence(a, "radar altitude repeats its last reading in 35.0 % more of the rows than it "
-                     "should everywhere, since t = 310 s (1 observation): many healthy "
-                     "runs show as much");
+  assert_sentence(
+      a, "radar altitude repeats its last reading, or reads 0, in 35.0 % more of the rows than it "
+         "should everywhere, since t = 310 s (1 observation): many healthy "
+         "runs show as much");
   a.kind = RIM_KIND_VARIANCE;
   a.shift[0] = 9.0;
   a.p_value = 0.0;

@@ -303,7 +303,6 @@ void what_happens_together_by_chance_is_apart(void **) {
   }
 }
 
-// What training writes is what flight reads.
 // The step of a command scatters one block: that is no noise of all blocks.
 void one_block_that_scatters_is_no_noise(void **) {
   std::vector<MadeRun> runs = made_noises(kSeed, kRuns, MadeNoise{}, true);
@@ -317,6 +316,30 @@ void one_block_that_scatters_is_no_noise(void **) {
   assert_true(noise.channels[RIM_CHANNEL_REPEAT].s > 1.5);
 }
 
+// A share of repeats that every run has is no effect of a run, in which a fault could hide.
+void a_share_that_all_runs_have_is_no_effect(void **) {
+  std::vector<MadeRun> runs = made_noises(kSeed, kRuns, MadeNoise{}, true);
+  const rim::ChannelNoise before = fit_made(MadeNoise{}, runs).channels[RIM_CHANNEL_REPEAT];
+  for (MadeRun &run : runs)
+    run.residual.col(RIM_CHANNEL_REPEAT).array() += 5.0;
+  const rim::NoiseModel noise = fit_made(MadeNoise{}, runs);
+  const rim::ChannelNoise &c = noise.channels[RIM_CHANNEL_REPEAT];
+  print_message("mean %.4f, s %.4f, effects %.4f\n", c.mean, c.s, c.effect_sd);
+  assert_true(std::fabs(c.mean - before.mean - 5.0) < 1e-5);
+  assert_true(near(c.s, before.s, 1e-3));
+  assert_true(c.effect_sd < 0.15 * c.s); // 5, did the mean count as one
+  for (const int kind : {RIM_CHANNEL_BEHAVIOUR, RIM_CHANNEL_AGREEMENT, RIM_CHANNEL_SCATTER})
+    assert_true(noise.channels[static_cast<std::size_t>(kind)].mean == 0.0);
+  const std::vector<std::uint8_t> section = rim::noise_section(noise);
+  rim_noise view;
+  assert_int_equal(rimi_noise_open(&view, section.data(), section.size(),
+                                   static_cast<std::uint32_t>(noise.channels.size()),
+                                   static_cast<std::uint32_t>(noise.means)),
+                   RIM_OK);
+  assert_true(static_cast<double>(rimi_noise_channel(&view, RIM_CHANNEL_REPEAT).mean) == c.mean);
+}
+
+// What training writes is what flight reads.
 void the_section_says_the_same(void **) {
   MadeNoise made;
   made.outcomes = 2;
@@ -364,6 +387,7 @@ int main() {
       cmocka_unit_test(every_kind_goes_by_its_own_prediction),
       cmocka_unit_test(more_effects_than_runs_do_not_swallow_a_fault),
       cmocka_unit_test(one_block_that_scatters_is_no_noise),
+      cmocka_unit_test(a_share_that_all_runs_have_is_no_effect),
       cmocka_unit_test(what_happens_together_by_chance_is_apart),
       cmocka_unit_test(the_section_says_the_same),
   };

@@ -19,6 +19,7 @@
 #include "base/crc.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "image/noise.h"
 #include "image/nominal.h"
 #include "image/quadratic.h"
 #include "rim/image.h"
@@ -203,15 +204,15 @@ static void put_agreement(bytes *b) {
 /* An offset of the run of a quarter of a block's noise, nothing else; sd and
  * is_active per channel. */
 static void put_noise_of(bytes *b, const double *sd, const bool *is_active) {
-  const uint32_t header[4] = {3, CHANNELS, RAW, FIELDS};
+  const uint32_t header[4] = {NOISE_LAYOUT, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
   const double rest[5] = {300.0, 20.0, 2000.0, 0.0, 0.0};
   for (size_t i = 0; i < 5; ++i)
     f32(b, rest[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {
-    const double scalars[11] = {is_active[c], FIELDS, 0, sd[c], 0, 1};
-    for (size_t i = 0; i < 11; ++i)
+    const double scalars[NOISE_CHANNEL_WORDS] = {is_active[c], FIELDS, 0, sd[c], 0, 1};
+    for (size_t i = 0; i < NOISE_CHANNEL_WORDS; ++i)
       f32(b, scalars[i]);
     f32(b, 16.0);
     for (size_t i = 0; i < RAW; ++i)

@@ -42,6 +42,7 @@ typedef struct world {
   double rho, s, p_center, p_scale;
   /* Per p, per activity, per its square less 1, per disturbance. */
   double ln_sigma, ln_active, ln_active_2, ln_disturbed;
+  double common; /* of healthy residuals: what is taken off */
   double prior[FIELDS], combination[FIELDS][RAW];
   float phi;
   uint32_t blocks;
@@ -169,7 +170,7 @@ typedef struct bench {
 
 static inline void put_noise(bytes *b, const world *w) {
   b->size = 0;
-  const uint32_t header[4] = {3, CHANNELS, RAW, FIELDS};
+  const uint32_t header[4] = {NOISE_LAYOUT, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
   const double rest[5] = {RUN_S, DECAY_S, TREND_S, 0.0, ACTIVITY};
@@ -186,7 +187,8 @@ static inline void put_noise(bytes *b, const world *w) {
                                                  0.0,
                                                  w->ln_active,
                                                  w->ln_active_2,
-                                                 w->ln_disturbed};
+                                                 w->ln_disturbed,
+                                                 w->common};
     for (size_t i = 0; i < NOISE_CHANNEL_WORDS; ++i)
       f32(b, numbers[i]);
     for (size_t k = 0; k < FIELDS; ++k)

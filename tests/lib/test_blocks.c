@@ -96,7 +96,7 @@ static void make_row(uint32_t t, double *x) {
   x[COMMAND] = 2.0 * rimi_rng_uniform(&rng) - 1.0;
   x[SENSOR] = 3.0 * x[COMMAND] + rimi_rng_normal(&rng);
   x[OTHER] = 4.0 * rimi_rng_uniform(&rng) - 2.0;
-  x[HEADING] = 0.1 * t - 6.0 * rimi_floor(0.1 * t / 6.0) - 3.0; /* -3 to 3, then -3: not a turn */
+  x[HEADING] = 0.1 * t - 6.0 * rimi_floor(0.1 * t / 6.0) - 2.96; /* to 3, and back: not a turn */
 }
 
 static blocks_result row(bench *b, double t_s, const double *x) {

@@ -168,6 +168,20 @@ static void a_reading_out_of_range_repeats_as_it_does(void **state) {
   }
 }
 
+/* A sensor that drops out reads 0 in one row and something else in the next: no two readings are
+ * equal, and yet each 0 counts. */
+static void a_reading_of_zero_counts_as_a_repeat(void **state) {
+  (void)state;
+  bench s;
+  start(&s);
+  for (uint32_t t = 0; t < 4 * BLOCK; ++t) {
+    const bool is_zero = t >= 2 * BLOCK && t % 5 == 0;
+    const double reading = !is_zero ? 1.0 + 0.01 * t : t % 2 == 0 ? 0.0 : -0.0;
+    if (offer(&s, t, 0.0, reading) == BLOCKS_DONE)
+      assert_close(rimi_blocks_repeats(s.b)[0], t < 2 * BLOCK ? 0.0 : 0.2);
+  }
+}
+
 /* Where half of the rows are missing the mean time between them wanders about the limit. Once that
  * is another rate, nothing is examined before it is clearly right again. */
 static void a_rate_is_wrong_until_it_is_clearly_right(void **state) {
@@ -198,6 +212,7 @@ int main(void) {
       cmocka_unit_test(a_longer_block_is_of_more_time),
       cmocka_unit_test(a_jump_over_a_gap_is_told_for_two_blocks),
       cmocka_unit_test(a_reading_out_of_range_repeats_as_it_does),
+      cmocka_unit_test(a_reading_of_zero_counts_as_a_repeat),
       cmocka_unit_test(a_rate_is_wrong_until_it_is_clearly_right),
   };
   print_message("seed %d\n", SEED);

@@ -611,10 +611,10 @@ static void the_difference_supports_a_bias(void **state) {
   recipe r = with_sums(1.0, TWIN, TWIN);
   double support[3];
   for (int differs = 0; differs < 3; ++differs) {
-    enum { OF_EACH = 12 + RAW + FAMILIES };
+    enum { PHI = NOISE_CHANNEL_WORDS + 1 + RAW, OF_EACH = PHI + FAMILIES };
     for (size_t i = 0; differs == 2 && i < CHANNELS * FAMILIES; ++i) /* healthy runs scatter more */
       put_f32(r.section[RIM_SECTION_NOISE].byte + 36 +
-                  4 * (i / FAMILIES * OF_EACH + 12 + RAW + i % FAMILIES),
+                  4 * (i / FAMILIES * OF_EACH + PHI + i % FAMILIES),
               1.5);
     from(&r, false);
     growing = A_TWIN;

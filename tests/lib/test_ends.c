@@ -290,7 +290,7 @@ static void corrections_without_a_number(void **state) {
 static void more_means_than_noise_has_room_for(void **state) {
   (void)state;
   bytes b = {.size = 0};
-  const uint32_t header[4] = {3, 1, NOISE_MAX_RAW + 1, 1};
+  const uint32_t header[4] = {NOISE_LAYOUT, 1, NOISE_MAX_RAW + 1, 1};
   for (size_t i = 0; i < 4; ++i)
     u32(&b, header[i]);
   for (size_t i = 0; i < 100; ++i)

@@ -141,7 +141,8 @@ static void a_bias_of_the_speed_is_the_speeds(void **state) {
 /* Healthy runs that exceed what the noise model expects of a drift widen the error likewise. */
 static void an_error_is_as_wide_as_healthy_runs_say(void **state) {
   (void)state;
-  enum { OF_RAMP = 4 * (4 + 5 + 12 + RAW + SEARCH_RAMP), EACH = 4 * (12 + RAW + FAMILIES) };
+  enum { PHI = NOISE_CHANNEL_WORDS + 1 + RAW, EACH = 4 * (PHI + FAMILIES) };
+  enum { OF_RAMP = 4 * (NOISE_HEADER_WORDS + PHI + SEARCH_RAMP) };
   uint8_t *phi = made.section[RIM_SECTION_NOISE].byte + OF_RAMP + EACH * (O + 1);
   const rim_alarm before = fly(0.1, 0.0, LAST_ROW);
   const uint32_t one = rimi_le_u32(phi, 0), wider = UINT32_C(0x3fc80000); /* 1.5625 */

@@ -2,7 +2,6 @@
 /* The monitor of a trained image: what is found in a block is described, labelled, sized and dated;
  * nothing is said about the vehicle without evidence (images and vehicle: monitor_bench.h). */
 #include "image/correct.h"
-#include "image/noise.h"
 #include "monitor/inspect.h"
 #include "monitor/monitor_private.h"
 #include "monitor_bench.h"

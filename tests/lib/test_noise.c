@@ -14,7 +14,7 @@ static double number(uint32_t channel, uint32_t word) { return 1.0 + 0.01 * word
 
 static bytes section(void) {
   bytes b = {.size = 0};
-  const uint32_t header[4] = {3, CHANNELS, RAW, FIELDS};
+  const uint32_t header[4] = {NOISE_LAYOUT, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(&b, header[i]);
   const double rest[5] = {100.0, 10.0, 1000.0, 0.0, -1.5};
@@ -56,6 +56,7 @@ static void numbers_are_read_back(void **state) {
     assert_true(n.p_scale == (float)number(c, 5));
     for (uint32_t i = 0; i < NOISE_SIGMA_TERMS; ++i)
       assert_true(n.ln_sigma[i] == (float)number(c, 6 + i));
+    assert_true(n.mean == (float)number(c, 6 + NOISE_SIGMA_TERMS));
     uint32_t at = NOISE_CHANNEL_WORDS;
     for (uint32_t i = 0; i < FIELDS; ++i)
       assert_true(rimi_le_f32(n.inverse_prior, i) == (float)number(c, at++));

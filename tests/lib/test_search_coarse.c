@@ -27,6 +27,27 @@ static void coarse_residuals_are_kept_in_bytes(void **state) {
   }
 }
 
+/* What healthy runs have in common is no deviation: a share of repeats that is as usual is 0. */
+static void the_usual_share_is_no_deviation(void **state) {
+  (void)state;
+  world w = make_world(false, 0.0, 0.0);
+  w.common = 2.5 * w.s;
+  static const double z[] = {0.0, 0.5, -2.5, 12.0};
+  for (uint32_t c = 0; c < CHANNELS; ++c) {
+    if (c / OUTCOMES == RIM_CHANNEL_SCATTER) /* of one block alone little counts */
+      continue;
+    bench b;
+    start(&b, &w, RING);
+    for (uint32_t i = 0; i < sizeof z / sizeof *z; ++i) {
+      double outcome[CHANNELS], residual[CHANNELS];
+      const search_block block = block_of(&w, i, outcome, residual);
+      residual[c] = w.common + z[i] * w.s;
+      assert_int_equal(rimi_search_observe(b.search, &block), RIM_OK);
+      assert_true(fabs(search_residual(b.search, c, i) - z[i]) <= 0.126);
+    }
+  }
+}
+
 /* Into the search: z of scatter in every outcome but the last, where it is 0. What was kept. */
 static void keep_scatter(const double *z, const double *kept, uint32_t n, uint32_t gap) {
   const world w = make_world(false, 0.0, 0.0);
@@ -64,6 +85,7 @@ static void one_block_alone_scatters_little(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(coarse_residuals_are_kept_in_bytes),
+      cmocka_unit_test(the_usual_share_is_no_deviation),
       cmocka_unit_test(one_block_alone_scatters_little),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

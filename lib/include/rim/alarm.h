@@ -38,7 +38,7 @@ typedef enum rim_kind {
   RIM_KIND_GAIN = 1,     /* in proportion to the outcome: 0.08 for 8 % high */
   RIM_KIND_VARIANCE = 2, /* scatter of the readings: ratio of variances */
   RIM_KIND_DRIFT = 3,    /* grows since the onset: measured less nominal at t_s */
-  RIM_KIND_REPEAT = 4,   /* readings equal to the one before: excess share of them */
+  RIM_KIND_REPEAT = 4,   /* readings equal to the one before, or to 0: excess share */
   RIM_KIND_BLOCKED = 5,  /* interference: slower than commanded, m/s */
   RIM_KIND_PUSHED = 6    /* interference: faster than commanded, or moved without a command, m/s */
 } rim_kind;

@@ -119,7 +119,7 @@ typedef enum rim_channel {
   RIM_CHANNEL_BEHAVIOUR = 0, /* the outcome less its prediction from the commands */
   RIM_CHANNEL_AGREEMENT = 1, /* that, less what the other outcomes' residuals say of it */
   RIM_CHANNEL_SCATTER = 2,   /* logarithm of the mean square second difference */
-  RIM_CHANNEL_REPEAT = 3,    /* share of readings equal to the one before */
+  RIM_CHANNEL_REPEAT = 3,    /* share of readings equal to the one before, or to 0 */
   RIM_CHANNEL_STEP = 4       /* the outcome less its prediction from the block before, if trained */
 } rim_channel;
 

@@ -75,6 +75,7 @@ noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel) {
   c.p_scale = rimi_le_f32(at, 5);
   for (size_t i = 0; i < NOISE_SIGMA_TERMS; ++i)
     c.ln_sigma[i] = rimi_le_f32(at, 6 + i);
+  c.mean = rimi_le_f32(at, 6 + NOISE_SIGMA_TERMS);
   c.inverse_prior = at + 4u * NOISE_CHANNEL_WORDS;
   c.combination = c.inverse_prior + 4u * view->fields;
   c.phi = c.combination + 4u * view->fields * view->raw;

@@ -246,7 +246,9 @@ static void take_features(blocks *b, const double *context) {
 
 static void take_reading(blocks *b, size_t o, double reading) {
   double *one = ONE_AGO(b) + o, *two = TWO_AGO(b) + o;
-  if (b->recent > 0 && rimi_bits(reading) == rimi_bits(*one))
+  /* One that drops out reads 0, among readings that differ. */
+  const bool is_zero = !(rimi_abs(reading) > 0.0);
+  if (b->recent > 0 && (is_zero || rimi_bits(reading) == rimi_bits(*one)))
     SAME(b)[o] += 1.0;
   if (b->recent >= 2) {
     const double second = reading - 2.0 * *one + *two;

@@ -94,7 +94,7 @@ rimi_blocks_predicted(const blocks *b);             /* [outcomes]: mean of m; on
 const double *rimi_blocks_sd(const blocks *b);      /* [outcomes]: mean of sd; only when external */
 const double *rimi_blocks_scatter(const blocks *b); /* ln of the mean square second difference */
 const double *
-rimi_blocks_repeats(const blocks *b);             /* share of readings that repeat the one before */
+rimi_blocks_repeats(const blocks *b);             /* share of readings that repeat, or are 0 */
 const double *rimi_blocks_terms(const blocks *b); /* [terms], standardised */
 const double *rimi_blocks_means(const blocks *b); /* [means], standardised */
 const rim_basis *rimi_blocks_basis(const blocks *b);

@@ -179,7 +179,7 @@ static void store_channel(rim_search *s, const block_pair *n, const search_block
                           uint32_t channel) {
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
   const bool unknown = b->unknown != NULL && b->unknown[channel];
-  double z = b->residual[channel] / (double)c.s;
+  double z = (b->residual[channel] - (double)c.mean) / (double)c.s;
   if (channel / s->config.outcomes == RIM_CHANNEL_SCATTER) {
     int8_t *newest = search_newest_scatter(s) + channel % s->config.outcomes;
     const double before = b->apart ? 0.0 : (double)*newest * SEARCH_COARSE_STEP;
