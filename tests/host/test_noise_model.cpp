@@ -24,6 +24,16 @@ rim::ChannelNoise fit_one(const MadeNoise &made, std::size_t runs = kRuns) {
   return fit_made(made, made_noises(kSeed, runs, made)).channels.front();
 }
 
+// The section as flight reads it; it must outlive what is returned.
+rim_noise opened(const rim::NoiseModel &noise, const std::vector<std::uint8_t> &section) {
+  rim_noise view{};
+  assert_int_equal(rimi_noise_open(&view, section.data(), section.size(),
+                                   static_cast<std::uint32_t>(noise.channels.size()),
+                                   static_cast<std::uint32_t>(noise.means)),
+                   RIM_OK);
+  return view;
+}
+
 void white_noise_is_white(void **) {
   MadeNoise made;
   made.s = 0.2;
@@ -71,11 +81,7 @@ void a_few_blocks_far_off_are_limited(void **) {
     assert_true(near(c.s, made.s, 0.35)); // that of all that was measured is 1.9 times as large
     assert_true(std::fabs(c.rho - rho) < 0.2);
     const std::vector<std::uint8_t> bytes = rim::noise_section(noise);
-    rim_noise view;
-    assert_int_equal(rimi_noise_open(&view, bytes.data(), bytes.size(),
-                                     static_cast<std::uint32_t>(noise.channels.size()),
-                                     static_cast<std::uint32_t>(noise.means)),
-                     RIM_OK);
+    const rim_noise view = opened(noise, bytes);
     const noise_channel flown = rimi_noise_channel(&view, 0);
     assert_true(static_cast<double>(flown.limit) == c.limit && flown.active > 0.5F);
   }
@@ -331,11 +337,7 @@ void a_share_that_all_runs_have_is_no_effect(void **) {
   for (const int kind : {RIM_CHANNEL_BEHAVIOUR, RIM_CHANNEL_AGREEMENT, RIM_CHANNEL_SCATTER})
     assert_true(noise.channels[static_cast<std::size_t>(kind)].mean == 0.0);
   const std::vector<std::uint8_t> section = rim::noise_section(noise);
-  rim_noise view;
-  assert_int_equal(rimi_noise_open(&view, section.data(), section.size(),
-                                   static_cast<std::uint32_t>(noise.channels.size()),
-                                   static_cast<std::uint32_t>(noise.means)),
-                   RIM_OK);
+  const rim_noise view = opened(noise, section);
   assert_true(static_cast<double>(rimi_noise_channel(&view, RIM_CHANNEL_REPEAT).mean) == c.mean);
 }
 
