@@ -277,7 +277,7 @@ std::string FlightReport::judged_picture(const Flight &flight, const Alarm &alar
                                          const Names &names) const {
   static constexpr std::array<const char *, RIM_MONITOR_KINDS + 1> kLooks = {
       "", "less what the other outcomes say of it", "logarithm of its scatter",
-      "share of repeated readings", "less what it should be after the block before"};
+      "share of readings that repeat or are 0", "less what it should be after the block before"};
   if (alarm.block >= flight.channel.size() || outcomes_ == 0)
     return "";
   // The largest score may be another outcome's that disagrees with the one named.
@@ -295,13 +295,16 @@ std::string FlightReport::judged_picture(const Flight &flight, const Alarm &alar
   if (t_s.size() < 2)
     return "";
   const rim::Quantity q = names.outcome(alarm.last.channel[0]);
+  const std::string of_residual = look == RIM_CHANNEL_REPEAT ? "share"
+                                  : look == RIM_CHANNEL_AGREEMENT && !q.unit.empty()
+                                      ? "residual (" + q.unit + ")"
+                                      : "residual";
   const Range time = padded(flight.rows.t_s.front(), flight.rows.t_s.back());
   const Range levels = range_of({&residual});
   Svg svg(kWide, kLevels, q.words + " as the alarm judged it");
   const Panel p =
       draw_axes(svg, 0.0, 0.0, kWide, kLevels, std::max(room_for_y(levels, kLevels), 70.0),
-                {time, levels, "time (s)",
-                 look == 1 && !q.unit.empty() ? "residual (" + q.unit + ")" : "residual", true});
+                {time, levels, "time (s)", of_residual, true});
   open(svg, p);
   shade(svg, p, flight.rows, marked(flight.rows, flight.result));
   if (levels.low < 0.0 && levels.high > 0.0)

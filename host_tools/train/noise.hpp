@@ -16,7 +16,7 @@ struct ChannelNoise {
   double limit = 0.0; // of what counts in a block (rimi_noise_counted()), in s; 0: none
   double p_center = 0.0, p_scale = 1.0;
   double ln_sigma[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
-  double mean = 0.0;  // of healthy residuals, taken off before they count: of repeats
+  double mean = 0.0;  // of the healthy share of repeats, which is taken off; 0 elsewhere
   Matrix combination; // fields x raw: per s, so that a field's effect is N(0, 1) in healthy runs
   double effect_sd = 0.0; // of a run's effects, root mean square over blocks, in the outcome's unit
   std::vector<double> phi; // per family of hypotheses
