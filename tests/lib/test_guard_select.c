@@ -67,15 +67,20 @@ static void how_many_counts_may_be_missing(void **state) {
   assert_false(rimi_select_bins_hold(e, 0));
 }
 
-/* Before the first row: a thousandth, and in the last channel and feature as well. */
+/* Until the first halving not at all, in the last channel and feature as well; then a step a bin. */
 static void how_far_a_sum_may_be_off(void **state) {
   (void)state;
   rim_select *const e = fly(0);
+  const double step = 1.0 / 512.0, most = e->bins * step;
   for (uint32_t c = 0; c < e->channels; ++c) {
     for (uint32_t f = 0; f < e->features; ++f) {
-      select_channel(e, c)->sum = 1e-3;
+      e->total = RIM_BINS_MAX_COUNT;
+      select_channel(e, c)->sum = step / 1024.0;
+      assert_false(rimi_select_bins_hold(e, f));
+      e->total = RIM_BINS_MAX_COUNT + 1u;
+      select_channel(e, c)->sum = -most;
       assert_true(rimi_select_bins_hold(e, f));
-      select_channel(e, c)->sum = -1.001e-3;
+      select_channel(e, c)->sum = most + step / 1024.0;
       assert_false(rimi_select_bins_hold(e, f));
       select_channel(e, c)->sum = 0.0;
     }

@@ -152,10 +152,26 @@ static void an_exclusion_waits_for_every_channel(void **state) {
   }
 }
 
+/* A channel that is not known any more has no turn, and lets go of what is excluded all the same. */
+static void an_unknown_channel_lets_go_too(void **state) {
+  (void)state;
+  world w = world_variant(1, ALL);
+  for (uint32_t i = 60; i < ALL; ++i)
+    w.unknown[i] = true; /* channel 0 */
+  start(&b, &w, RING);
+  feed(&b, 0, 70, TURN);
+  assert_true(rimi_search_exclude(b.search, 50, 58));
+  assert_true(rimi_search_is_taking_out(b.search));
+  feed(&b, 70, 90, TURN);
+  assert_false(rimi_search_is_taking_out(b.search));
+  assert_true(rimi_search_exclude(b.search, 74, 78));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(the_oldest_block_tells_only_of_the_next),
                                      cmocka_unit_test(what_the_oldest_block_taught_stays),
                                      cmocka_unit_test(an_exclusion_waits_for_every_channel),
+                                     cmocka_unit_test(an_unknown_channel_lets_go_too),
                                      cmocka_unit_test(what_is_not_known_any_more_is_not_looked_at)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -366,9 +366,29 @@ static void long_runs_do_not_overflow(void **state) {
   assert_int_equal(rimi_select_observations(engine), 150000);
 }
 
+/* What is added to a bin is exact, however large the sum has been: an orbit's heat and cold, in one
+ * bin of a feature that seldom changes, is no damage. */
+static void sums_that_grow_and_fall_hold(void **state) {
+  (void)state;
+  static uint64_t own[RIM_SELECT_SIZE(2, 1, 16, 4, 8, 1) / 8];
+  const rim_select_config config = {.features = 2, .ring = 16, .bins = 4, .grid = 8, .pairs = 1};
+  rim_select *engine;
+  assert_int_equal(rimi_select_init(&engine, own, sizeof own, &config), RIM_OK);
+  rim_rng rng;
+  rimi_rng_seed(&rng, SEED, 200);
+  for (int i = 0; i < 150000; ++i) {
+    const double x[2] = {i % 7000 == 0 ? 0.9 : 0.1, rimi_rng_uniform(&rng)};
+    const double z = 0.5 * rimi_rng_normal(&rng) + (i % 60000 < 30000 ? 40.0 : -40.0);
+    assert_int_equal(rimi_select_observe(engine, x, &z), RIM_OK);
+    if (i % 499 == 0)
+      assert_true(rimi_select_bins_hold(engine, 0) && rimi_select_bins_hold(engine, 1));
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(sums_that_grow_and_fall_hold),
       cmocka_unit_test(a_reset_is_a_start),
       cmocka_unit_test(the_small_profile_is_small),
       cmocka_unit_test(finds_an_ellipse_in_the_right_channel),

@@ -17,13 +17,13 @@ void rimi_bins_clear(const rim_bins *table) {
   memset(table->count, 0, 2u * (size_t)table->features * (size_t)table->bins);
 }
 
-void rimi_bins_add(const rim_bins *table, const uint8_t *bin, const float *residual) {
+void rimi_bins_add(const rim_bins *table, const uint8_t *bin, const int16_t *steps) {
   const size_t channels = table->channels;
   for (size_t f = 0; f < table->features; ++f) {
     const size_t cell = f * table->bins + bin[f];
-    float *sum = table->sum + cell * channels;
+    int32_t *sum = table->sum + cell * channels;
     for (size_t c = 0; c < channels; ++c)
-      sum[c] += residual[c];
+      sum[c] = (int32_t)((uint32_t)sum[c] + (uint32_t)steps[c]); /* defined after an upset too */
     ++table->count[cell];
   }
 }
@@ -32,7 +32,7 @@ void rimi_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel,
                       double *count) {
   const size_t channels = table->channels;
   const size_t first = (size_t)feature * table->bins;
-  const float *cell_sum = table->sum + first * channels + channel;
+  const int32_t *cell_sum = table->sum + first * channels + channel;
   const uint16_t *cell_count = table->count + first;
   double s = 0.0;
   double n = 0.0;
@@ -41,7 +41,7 @@ void rimi_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel,
   for (size_t k = 0; k < table->bins; ++k) {
     s += (double)cell_sum[k * channels];
     n += (double)cell_count[k];
-    sum[k + 1] = s;
+    sum[k + 1] = s * RIM_GRID_STEP;
     count[k + 1] = n;
   }
 }
@@ -49,7 +49,7 @@ void rimi_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel,
 void rimi_bins_halve(const rim_bins *table) {
   const size_t cells = (size_t)table->features * table->bins;
   for (size_t i = 0; i < cells * table->channels; ++i)
-    table->sum[i] *= 0.5f;
+    table->sum[i] /= 2;
   for (size_t i = 0; i < cells; ++i)
     table->count[i] = (uint16_t)(table->count[i] / 2u);
 }

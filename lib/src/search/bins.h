@@ -4,14 +4,14 @@
  * stored").
  *
  * Two kinds of table over unit features u in [0, 1):
- *   - bins: for every feature, bin and channel the sum of residuals; for every feature and bin the
- *     count. They hold everything seen.
+ *   - bins: for every feature, bin and channel the sum of residuals in steps of RIM_GRID_STEP; for
+ *     every feature and bin the count. They hold everything seen.
  *   - grid: for one pair of features and one channel, G x G cells kept as prefix sums along each
  *     row, so that the statistics of a whole span of cells of a row cost two look-ups. Sum and
  *     count share a word: 4 bytes a cell.
- * Residuals are standardised: variance 1 in nominal running. The bins are float and uint16_t, with
- * arithmetic in double; the grid is of integers. Nothing here checks pointers: the callers (select)
- * do.
+ * Residuals are standardised: variance 1 in nominal running. All tables are of integers: whatever a
+ * sum has been, it is exact, and can be checked (monitor/guard.h). Nothing here checks pointers: the
+ * callers (select) do.
  *
  * A table may be filled at most RIM_BINS_MAX_COUNT times; then halve it (rimi_bins_halve,
  * rimi_grid_halve), which weighs what was seen by one half. */
@@ -44,7 +44,7 @@ typedef struct rim_bins {
   uint16_t features;
   uint16_t bins;
   uint16_t channels;
-  float *sum;      /* [features][bins][channels] */
+  int32_t *sum;    /* [features][bins][channels], in steps: 60000 of 63 standard deviations fit */
   uint16_t *count; /* [features][bins] */
 } rim_bins;
 
@@ -68,13 +68,14 @@ typedef struct rim_grid {
 uint16_t rimi_bins_cell(double u, uint16_t cells);
 
 void rimi_bins_clear(const rim_bins *table);
-/* Add one observation: bin[f] < bins for every feature, residual[c] for every channel.
+/* Add one observation: bin[f] < bins for every feature, steps[c], its residual, for every channel.
  * O(features * channels). */
-void rimi_bins_add(const rim_bins *table, const uint8_t *bin, const float *residual);
-/* One (feature, channel) slice into prefix sums: sum[k], count[k] of bins 0..k-1, k = 0..bins.
- * O(bins). */
+void rimi_bins_add(const rim_bins *table, const uint8_t *bin, const int16_t *steps);
+/* One (feature, channel) slice into prefix sums: sum[k], count[k] of bins 0..k-1, k = 0..bins; the
+ * sums in standard deviations. O(bins). */
 void rimi_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, double *sum,
                       double *count);
+/* Of each sum and count the half, rounded towards 0. */
 void rimi_bins_halve(const rim_bins *table);
 
 /* Empty, for residuals whose absolute values, in steps, add up to no more than `steps` in a row. */

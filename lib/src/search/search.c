@@ -524,11 +524,25 @@ static void scan_pair(rim_search *s) {
   rimi_search_note(s, s->channel, &h);
 }
 
+/* A channel that is not watched gets no turn. It lets go here of the blocks that are excluded: until
+ * all channels have, none other can be, and the ring is checked by nobody. */
+static bool take_out_unwatched(rim_search *s) {
+  for (uint32_t c = 0; c < s->config.channels; ++c) {
+    if (excludes(s, c) && !is_watched(s, c)) {
+      rimi_search_take_out(s, c);
+      return true;
+    }
+  }
+  return false;
+}
+
 /* A turn of a channel: its residuals made ready and its onsets judged; its region renewed; every
  * single feature; the best of them since an onset; what came and went; some pairs. */
 static void work_unit(rim_search *s) {
   const uint32_t features = s->config.features;
   const uint32_t stage = s->stage;
+  if (stage == 0 && take_out_unwatched(s))
+    return;
   if (stage == 0 || !s->fresh || s->shape != SEARCH_CONSTANT) {
     const uint32_t channel = stage == 0 ? choose_channel(s) : s->channel;
     if (channel == s->config.channels)

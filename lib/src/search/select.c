@@ -295,15 +295,13 @@ rim_status rimi_select_observe(rim_select *e, const double *u, const double *r) 
   if (e->held == e->ring)
     rimi_select_pool_forget(e, slot);
   uint8_t bin[RIM_SELECT_MAX_FEATURES];
-  float residual[RIM_SELECT_MAX_CHANNELS];
   keep_levels(e, slot, u, bin);
   int16_t *stored = select_residual(e, slot);
   for (uint32_t c = 0; c < e->channels; ++c) {
     stored[c] = quantised(r[c]);
-    residual[c] = (float)((double)stored[c] * SELECT_RESIDUAL_STEP);
-    select_channel(e, c)->sum += (double)residual[c];
+    select_channel(e, c)->sum += (double)stored[c] * SELECT_RESIDUAL_STEP;
   }
-  rimi_bins_add(&table, bin, residual);
+  rimi_bins_add(&table, bin, stored);
   e->head = (uint16_t)(slot + 1u == e->ring ? 0u : slot + 1u);
   if (e->held < e->ring)
     ++e->held;

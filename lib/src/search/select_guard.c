@@ -4,9 +4,6 @@
 #include "base/real.h"
 #include "search/select_private.h"
 
-#define ROUNDING 1e-7 /* of a sum, per observation added to it in single precision, at most 2^-24 */
-#define LEAST 1e-3
-
 const void *rimi_select_control(const rim_select *e, size_t *bytes) {
   *bytes = offsetof(struct rim_select, root);
   return e;
@@ -30,19 +27,16 @@ bool rimi_select_bins_hold(const rim_select *e, uint32_t feature) {
   uint32_t count = 0;
   for (uint32_t b = 0; b < e->bins; ++b)
     count += table.count[first + b];
-  /* Every halving rounds each bin down. */
-  const uint32_t missing = e->count - count;
-  if (missing > (e->total > RIM_BINS_MAX_COUNT ? e->bins : 0u))
+  /* Every halving rounds each bin towards 0, and halves what those before it lost. */
+  const uint32_t rounded = e->total > RIM_BINS_MAX_COUNT ? e->bins : 0u;
+  if (e->count - count > rounded)
     return false;
   for (uint32_t c = 0; c < e->channels; ++c) {
-    double sum = 0.0, largest = 0.0;
-    for (uint32_t b = 0; b < e->bins; ++b) {
-      const double of_bin = (double)table.sum[(first + b) * e->channels + c];
-      sum += of_bin;
-      largest = rimi_max(largest, rimi_abs(of_bin));
-    }
-    const double off = rimi_abs(sum - select_channel(e, c)->sum);
-    if (!(off <= LEAST + ROUNDING * (double)e->count * largest))
+    double steps = 0.0;
+    for (uint32_t b = 0; b < e->bins; ++b)
+      steps += (double)table.sum[(first + b) * e->channels + c];
+    const double off = rimi_abs(steps - select_channel(e, c)->sum / SELECT_RESIDUAL_STEP);
+    if (!(off <= (double)rounded))
       return false;
   }
   return true;

@@ -134,7 +134,7 @@ static inline pair_state *select_pair(const rim_select *e, uint32_t pair) {
   return (pair_state *)select_at(e, e->pair_at + pair * e->pair_bytes);
 }
 static inline rim_bins select_bins(const rim_select *e) {
-  return (rim_bins){e->features, e->bins, e->channels, (float *)select_at(e, e->sum_at),
+  return (rim_bins){e->features, e->bins, e->channels, (int32_t *)select_at(e, e->sum_at),
                     (uint16_t *)select_at(e, e->count_at)};
 }
 static inline rim_grid select_grid(const rim_select *e, uint32_t pair) {
