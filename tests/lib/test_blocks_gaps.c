@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* monitor/blocks.c after a gap: from which number of missing rows on a block begins anew, and what
- * is not known any more of a command's means and integral. Times are exact: edges are met. */
+ * is not known any more of a command's means and integral. Times are exact: edges are met. And where
+ * rows come faster or slower than those that were trained. */
 #include <math.h>
 
 #include "monitor/blocks.h"
@@ -54,10 +55,11 @@ static void start(bench *s, uint16_t block_rows, bool with_gaps, slow which) {
   assert_int_equal(rimi_blocks_init(&s->b, s->memory, sizeof s->memory, &config), RIM_OK);
 }
 
-static blocks_result offer(bench *s, uint32_t t) {
-  const double row[D] = {2.0, 1.0};
-  return rimi_blocks_row(s->b, PERIOD_S * t, row, NULL, NULL, NULL);
+static blocks_result offer_at(bench *s, double t_s, double command) {
+  const double row[D] = {command, 1.0};
+  return rimi_blocks_row(s->b, t_s, row, NULL, NULL, NULL);
 }
+static blocks_result offer(bench *s, uint32_t t) { return offer_at(s, PERIOD_S * t, 2.0); }
 
 /* A block of 16 rows bears six missing ones, which count as rows of it; where the next row comes
  * half a block later, it begins anew. */
@@ -226,6 +228,55 @@ static void what_a_block_says_is_all_summed(void **state) {
   assert_true(changed >= 10); /* sums, means, what is not known of them, an integral */
 }
 
+/* What a command gathers, and how fast its mean forgets, are of time. A block of slower rows is
+ * longer: its integral is that of half a block after its middle. */
+static void slower_and_faster_rows_gather_as_much(void **state) {
+  (void)state;
+  enum { ROWS = 8, STEP_AT = 20 };
+  for (int percent = 70; percent <= 140; percent += 10) {
+    bench s;
+    start(&s, ROWS, false, SECOND);
+    const double dt = 0.01 * percent * PERIOD_S;
+    double integral = 0.0, mean = 0.0, block_s = 0.0, commands = 0.0, means = 0.0;
+    for (uint32_t t = 0; t < 8 * ROWS; ++t) {
+      const double command = t < STEP_AT ? 2.0 : 5.0, row_s = t == 0 ? PERIOD_S : dt;
+      integral += command * row_s;
+      mean = t == 0 ? command : command + (mean - command) * pow(1.0 - SHARE, dt / PERIOD_S);
+      block_s += row_s;
+      commands += command / ROWS;
+      means += mean / ROWS;
+      const blocks_result made = offer_at(&s, dt * t, command);
+      assert_int_equal(made, (t + 1) % ROWS == 0 ? BLOCKS_DONE : BLOCKS_NONE);
+      if (made != BLOCKS_DONE)
+        continue;
+      const double then = integral - 0.5 * (block_s - ROWS * PERIOD_S) * commands;
+      assert_true(fabs(rimi_blocks_terms(s.b)[0] - INVERSE_SD * then) < 1e-6);
+      assert_true(fabs(rimi_blocks_terms(s.b)[1] - means) < 1e-6);
+      block_s = commands = means = 0.0;
+    }
+  }
+}
+
+/* Rows that come much too fast are not examined, and do not count as so much time. */
+static void a_burst_gathers_no_more_than_its_time(void **state) {
+  (void)state;
+  enum { ROWS = 8, BEFORE = 16, BURST = 40 };
+  bench s;
+  start(&s, ROWS, false, FIRST);
+  double t_s = 0.0;
+  uint32_t ended = 0;
+  for (uint32_t t = 0; t < 160; ++t) {
+    t_s += t < BEFORE || t >= BEFORE + BURST ? PERIOD_S : PERIOD_S / 4;
+    if (offer_at(&s, t_s, 2.0) != BLOCKS_DONE)
+      continue;
+    ++ended;
+    assert_true(t < BEFORE + ROWS || t > BEFORE + BURST);
+    if (t < BEFORE || t > BEFORE + BURST + ROWS)
+      assert_true(fabs(rimi_blocks_terms(s.b)[0] - INVERSE_SD * 2.0 * t_s) < 1e-6);
+  }
+  assert_true(ended > 8 && rimi_blocks_get_health(s.b).wrong_rate > BURST / 2);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_row_half_a_block_late_begins_one),
@@ -234,6 +285,8 @@ int main(void) {
       cmocka_unit_test(a_thousandth_of_a_mean_is_as_good_as_known),
       cmocka_unit_test(what_gathered_before_a_late_start_stays_unknown),
       cmocka_unit_test(what_a_block_says_is_all_summed),
+      cmocka_unit_test(slower_and_faster_rows_gather_as_much),
+      cmocka_unit_test(a_burst_gathers_no_more_than_its_time),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

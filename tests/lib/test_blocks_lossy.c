@@ -103,6 +103,24 @@ static void lost_rows_change_nothing_on_a_line(void **state) {
   assert_true(blocks_seen == 30 && lost > 40);
 }
 
+/* So is a block whose rows come more slowly, by as much. */
+static void slower_rows_integrate_over_their_time(void **state) {
+  (void)state;
+  static bench s;
+  start(&s);
+  uint32_t ended = 0;
+  for (uint32_t t = 0; t < 4 * BLOCK; ++t) {
+    const double row[D] = {3.0, 4.0};
+    if (rimi_blocks_row(s.b, 1.25 * PERIOD_S * t, row, NULL, NULL, NULL) != BLOCKS_DONE)
+      continue;
+    if (++ended == 1) /* before the first row there was one of the rate that was trained */
+      continue;
+    assert_close(rimi_blocks_early(s.b)[0], 1.25 * 4.0);
+    assert_close(rimi_blocks_late(s.b)[0], 1.25 * 4.0);
+  }
+  assert_int_equal(ended, 4);
+}
+
 /* Where the rows that would end a block are missing it is longer. What is integrated over it, and
  * the command's integral at its middle, are those of its time. */
 static void a_longer_block_is_of_more_time(void **state) {
@@ -209,6 +227,7 @@ static void a_rate_is_wrong_until_it_is_clearly_right(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(lost_rows_change_nothing_on_a_line),
+      cmocka_unit_test(slower_rows_integrate_over_their_time),
       cmocka_unit_test(a_longer_block_is_of_more_time),
       cmocka_unit_test(a_jump_over_a_gap_is_told_for_two_blocks),
       cmocka_unit_test(a_reading_out_of_range_repeats_as_it_does),

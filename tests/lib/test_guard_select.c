@@ -67,7 +67,7 @@ static void how_many_counts_may_be_missing(void **state) {
   assert_false(rimi_select_bins_hold(e, 0));
 }
 
-/* Until the first halving not at all, in the last channel and feature as well; then a step a bin. */
+/* Until the first halving not at all, in the last channel and feature too; then a step a bin. */
 static void how_far_a_sum_may_be_off(void **state) {
   (void)state;
   rim_select *const e = fly(0);

@@ -152,7 +152,7 @@ static void an_exclusion_waits_for_every_channel(void **state) {
   }
 }
 
-/* A channel that is not known any more has no turn, and lets go of what is excluded all the same. */
+/* A channel that is not known any more has no turn. It lets go of what is excluded all the same. */
 static void an_unknown_channel_lets_go_too(void **state) {
   (void)state;
   world w = world_variant(1, ALL);

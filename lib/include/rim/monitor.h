@@ -30,7 +30,7 @@ typedef struct rim_observation {
   const double *context; /* [features], in the image's order and units */
   const double *outcome; /* [outcomes] measured, or NULL */
   const double *mean;    /* [outcomes] predicted, or NULL */
-  const double *sd;      /* [outcomes] standard deviation of the prediction, > 0, or NULL */
+  const double *sd;      /* [outcomes] standard deviation of the prediction, > 0, at most 1e150 */
 } rim_observation;
 
 /* Why a level says nothing about the vehicle. */
@@ -62,7 +62,7 @@ typedef struct rim_verdict {
 /* Counted since init or reset, saturating: no row and no block is lost without being counted. */
 typedef struct rim_row_health {
   uint32_t rows, rows_used; /* offered; that entered a block */
-  uint32_t not_finite;      /* skipped: NaN, infinity, or an sd that is not above 0 */
+  uint32_t not_finite;      /* skipped: NaN, infinity, or an sd that is not within 0 to 1e150 */
   uint32_t time_back;       /* skipped: time did not increase */
   uint32_t gaps;            /* times between rows longer than 1.5 periods */
   uint32_t out_of_range;    /* rows with a value beyond the trained range, which was limited */

@@ -14,6 +14,7 @@
 #define RATE_SLOW_OVER 1.25
 #define RATE_FAST 0.67
 #define RATE_FAST_OVER 0.8
+#define SAME_RATE 1e-6   /* of a period: times between rows that are as exact as times are */
 #define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define NEXT_BLOCK 0.25  /* of a block, that its start may be off and still follow the last */
@@ -84,7 +85,7 @@ static bool row_is_usable(blocks *b, double t_s, const double *context, const do
     finite = outcome != NULL && mean != NULL && sd != NULL && all_finite(outcome, o) &&
              all_finite(mean, o) && all_finite(sd, o);
     for (size_t i = 0; finite && i < o; ++i)
-      finite = sd[i] > 0.0;
+      finite = sd[i] > 0.0 && is_usable(sd[i]); /* it is the unit of what an alarm says */
   }
   if (!finite) {
     count(&b->health.not_finite);
@@ -113,6 +114,7 @@ static double limited(blocks *b, size_t f, double x) {
 
 static void begin_block(blocks *b) {
   b->rows_in_block = 0;
+  b->block_periods = 0.0;
   b->adjoins = false;
   b->seconds = 0;
   b->unpaired = 0;
@@ -166,8 +168,17 @@ static bool is_late(const blocks *b, double time_s, uint32_t rows) {
            NEXT_BLOCK * period_s * (double)b->config.block_rows);
 }
 
+/* Rows may come somewhat faster or slower than those that were trained. What gathers over a run,
+ * and what exponential means forget, follow time, not the count of rows. */
+static void take_row_time(blocks *b, double dt) {
+  const double rows = 1.0 + (double)b->missing;
+  const double periods = rimi_min(dt / b->config.period_s, MOST_MISSING) / rows;
+  b->row_periods = rimi_abs(periods - 1.0) < SAME_RATE ? 1.0 : periods;
+}
+
 static void take_time(blocks *b, double t_s) {
   const blocks_config *c = &b->config;
+  b->row_periods = 1.0;
   b->bridged = false;
   b->fills = false;
   if (!b->started) {
@@ -178,6 +189,7 @@ static void take_time(blocks *b, double t_s) {
     const double dt = t_s - b->previous_s;
     const double rows = rimi_min(dt / c->period_s - 0.5, MOST_MISSING);
     b->missing = rows >= 1.0 ? (uint32_t)rows : 0u;
+    take_row_time(b, dt);
     b->told_period_s += (dt - b->told_period_s) / RATE_ROWS;
     b->mean_period_s += (rimi_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
     judge_rate(b);
@@ -375,7 +387,9 @@ static double input_value(const blocks *b, size_t i) {
 
 /* What is left of the exponential mean t's past after this row and those that are missing. */
 static double keeps(const blocks *b, size_t t) {
-  const double keep = 1.0 - (double)rimi_le_f32(b->config.basis.share, t);
+  double keep = 1.0 - (double)rimi_le_f32(b->config.basis.share, t);
+  if (b->row_periods != 1.0 && keep > 0.0)
+    keep = rimi_exp(b->row_periods * rimi_log(keep));
   return blocks_power(keep, keep, b->missing);
 }
 
@@ -421,7 +435,7 @@ static void take_input(blocks *b, size_t i, double from, double to, const double
   const rim_basis *n = &b->config.basis;
   const double half = 0.5 * (double)b->missing;
   double *f = blocks_filter(b) + i * n->times, *sum = blocks_filter_sum(b) + i * n->times;
-  blocks_integral(b)[i] += (to + half * (from + to)) * b->config.period_s;
+  blocks_integral(b)[i] += (to + half * (from + to)) * (b->row_periods * b->config.period_s);
   for (size_t t = 0; t < n->times; ++t) {
     const double before = b->health.rows_used == 0 ? mean_before(b, i * n->times + t, to) : f[t];
     const double line = b->missing > 0 ? lag_of(b, t, keep[t]) * (from - to) : 0.0;
@@ -476,7 +490,7 @@ static void take_inputs(blocks *b, const double *before) {
 /* An input's integral at the end of the block, or half as much later as the block is longer: the
  * outcome is a mean, which is of its middle. */
 static double integral_of(const blocks *b, size_t input) {
-  const double longer = (double)b->rows_in_block - (double)b->config.block_rows;
+  const double longer = b->block_periods - (double)b->config.block_rows;
   const double mean = blocks_filter_sum(b)[input * b->config.basis.times];
   return blocks_integral(b)[input] - 0.5 * longer * b->config.period_s * mean;
 }
@@ -611,7 +625,7 @@ static void end_block(blocks *b) {
   for (size_t g = 0; g < b->config.integrands; ++g) {
     const double mean = blocks_early(b)[g] / n;
     const double moment = (blocks_late(b)[g] / n - 0.5 * (n - 1.0) * mean) / n;
-    const double longer = n / (double)b->config.block_rows;
+    const double longer = b->block_periods / (double)b->config.block_rows;
     blocks_early(b)[g] = longer * (mean - 2.0 * moment);
     blocks_late(b)[g] = longer * (mean + 2.0 * moment);
   }
@@ -649,6 +663,7 @@ blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, cons
   take_integrands(b);
   count(&b->health.rows_used);
   b->rows_in_block = (uint16_t)(b->rows_in_block + 1u + filled(b));
+  b->block_periods += (1.0 + (double)filled(b)) * b->row_periods;
   if (rimi_blocks_rate_is_wrong(b)) {
     count(&b->health.wrong_rate);
     begin_block(b);

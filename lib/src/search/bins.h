@@ -10,8 +10,8 @@
  *     row, so that the statistics of a whole span of cells of a row cost two look-ups. Sum and
  *     count share a word: 4 bytes a cell.
  * Residuals are standardised: variance 1 in nominal running. All tables are of integers: whatever a
- * sum has been, it is exact, and can be checked (monitor/guard.h). Nothing here checks pointers: the
- * callers (select) do.
+ * sum has been, it is exact, and can be checked (monitor/guard.h). Nothing here checks pointers;
+ * the callers (select) do.
  *
  * A table may be filled at most RIM_BINS_MAX_COUNT times; then halve it (rimi_bins_halve,
  * rimi_grid_halve), which weighs what was seen by one half. */

@@ -524,8 +524,8 @@ static void scan_pair(rim_search *s) {
   rimi_search_note(s, s->channel, &h);
 }
 
-/* A channel that is not watched gets no turn. It lets go here of the blocks that are excluded: until
- * all channels have, none other can be, and the ring is checked by nobody. */
+/* A channel that is not watched gets no turn. It lets go here of the blocks that are excluded:
+ * until all channels have, none other can be, and nobody checks the ring. */
 static bool take_out_unwatched(rim_search *s) {
   for (uint32_t c = 0; c < s->config.channels; ++c) {
     if (excludes(s, c) && !is_watched(s, c)) {
