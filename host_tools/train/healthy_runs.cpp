@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "monitor/blocks.h"
 #include "train/begin.hpp"
 #include "train/part_file.hpp"
 #include "train/survey.hpp"
@@ -20,7 +21,7 @@ namespace {
 
 constexpr double kBlocksPerRun = 240.0;
 constexpr Eigen::Index kLeastBlocks = 16;
-constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
+constexpr double kRateRatio = 1.0 + BLOCKS_RATE_OFF; // of two runs' rates: from there they differ
 
 void check_rates(const Survey &survey, double period_s) {
   for (const RunFacts &run : survey.runs) {

@@ -111,12 +111,11 @@ static void slower_rows_integrate_over_their_time(void **state) {
   uint32_t ended = 0;
   for (uint32_t t = 0; t < 4 * BLOCK; ++t) {
     const double row[D] = {3.0, 4.0};
-    if (rimi_blocks_row(s.b, 1.25 * PERIOD_S * t, row, NULL, NULL, NULL) != BLOCKS_DONE)
+    if (rimi_blocks_row(s.b, 1.0625 * PERIOD_S * t, row, NULL, NULL, NULL) != BLOCKS_DONE)
       continue;
-    if (++ended == 1) /* before the first row there was one of the rate that was trained */
-      continue;
-    assert_close(rimi_blocks_early(s.b)[0], 1.25 * 4.0);
-    assert_close(rimi_blocks_late(s.b)[0], 1.25 * 4.0);
+    ++ended;
+    assert_close(rimi_blocks_early(s.b)[0], 1.0625 * 4.0);
+    assert_close(rimi_blocks_late(s.b)[0], 1.0625 * 4.0);
   }
   assert_int_equal(ended, 4);
 }
@@ -224,6 +223,28 @@ static void a_rate_is_wrong_until_it_is_clearly_right(void **state) {
   assert_true(again > 15 && !rimi_blocks_rate_is_wrong(s.b));
 }
 
+/* Rows that all come a tenth late or early are of another rate. A twentieth is none, nor are single
+ * rows that are late by most of a period. */
+static void a_tenth_slower_or_faster_is_another_rate(void **state) {
+  (void)state;
+  static const struct {
+    double row, late;
+    bool is_wrong;
+  } cases[] = {{1.1, 0.0, true}, {0.9, 0.0, true}, {1.06, 0.0, false}, {0.95, 0.0, false},
+               {1.0, 0.9, false}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+    static bench s;
+    start(&s);
+    for (uint32_t t = 0; t < 40 * BLOCK; ++t) {
+      const double row[D] = {3.0, 4.0}, late = t % 12 == 11 ? cases[i].late : 0.0;
+      (void)rimi_blocks_row(s.b, PERIOD_S * (cases[i].row * t + late), row, NULL, NULL, NULL);
+      if (t > 4 * BLOCK)
+        assert_int_equal(rimi_blocks_rate_is_wrong(s.b), cases[i].is_wrong);
+    }
+    assert_int_equal(rimi_blocks_count(s.b) > 30, !cases[i].is_wrong);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(lost_rows_change_nothing_on_a_line),
@@ -232,6 +253,7 @@ int main(void) {
       cmocka_unit_test(a_jump_over_a_gap_is_told_for_two_blocks),
       cmocka_unit_test(a_reading_out_of_range_repeats_as_it_does),
       cmocka_unit_test(a_reading_of_zero_counts_as_a_repeat),
+      cmocka_unit_test(a_tenth_slower_or_faster_is_another_rate),
       cmocka_unit_test(a_rate_is_wrong_until_it_is_clearly_right),
   };
   print_message("seed %d\n", SEED);

@@ -14,6 +14,8 @@
 #define RATE_SLOW_OVER 1.25
 #define RATE_FAST 0.67
 #define RATE_FAST_OVER 0.8
+#define RATE_OFF_OVER 0.05 /* see BLOCKS_RATE_OFF */
+#define RATE_MOST 0.2      /* that one row counts: one that is late says nothing of the rate */
 #define SAME_RATE 1e-6   /* of a period: times between rows that are as exact as times are */
 #define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
@@ -72,6 +74,7 @@ void rimi_blocks_reset(blocks *b) {
   memset(b, 0, rimi_blocks_size(&config));
   b->config = config;
   b->mean_period_s = b->told_period_s = config.period_s;
+  b->mean_row = 1.0;
   b->out_feature = BLOCKS_NO_FEATURE;
 }
 
@@ -153,12 +156,16 @@ static void take_gap(blocks *b, double gap_s) {
 }
 
 /* Where half of the rows are missing the mean time between the rest is now above its limit and now
- * below: what is examined in between is no run at this rate. */
+ * below: what is examined in between is no run at this rate. Nor is one whose rows, with those that
+ * are missing, come somewhat faster or slower than any model knows. */
 static void judge_rate(blocks *b) {
+  const double row = rimi_clamp(b->row_periods, 1.0 - RATE_MOST, 1.0 + RATE_MOST);
+  b->mean_row += (row - b->mean_row) / RATE_ROWS;
+  const double off = b->is_off_rate ? RATE_OFF_OVER : BLOCKS_RATE_OFF;
   const double periods = b->mean_period_s / b->config.period_s;
   const double slow = b->is_off_rate ? RATE_SLOW_OVER : RATE_SLOW;
   const double fast = b->is_off_rate ? RATE_FAST_OVER : RATE_FAST;
-  b->is_off_rate = periods > slow || periods < fast;
+  b->is_off_rate = periods > slow || periods < fast || rimi_abs(b->mean_row - 1.0) > off;
 }
 
 /* Whether a time is so much longer, or shorter, than so many rows take that a block lies apart. */
@@ -174,6 +181,12 @@ static void take_row_time(blocks *b, double dt) {
   const double rows = 1.0 + (double)b->missing;
   const double periods = rimi_min(dt / b->config.period_s, MOST_MISSING) / rows;
   b->row_periods = rimi_abs(periods - 1.0) < SAME_RATE ? 1.0 : periods;
+  if (b->health.rows_used != 1)
+    return;
+  /* Of the first row it is known only now how much time it is for. */
+  b->block_periods *= b->row_periods;
+  for (size_t i = 0; i < b->config.basis.inputs; ++i)
+    blocks_integral(b)[i] *= b->row_periods;
 }
 
 static void take_time(blocks *b, double t_s) {

@@ -82,6 +82,8 @@ blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, cons
 
 /* The last row: the first feature whose value was beyond what was trained, or BLOCKS_NO_FEATURE. */
 uint16_t rimi_blocks_out_of_range(const blocks *b, double *value);
+/* Rows come this much faster or slower than those that were trained: their rate is another one. */
+#define BLOCKS_RATE_OFF 0.08
 bool rimi_blocks_rate_is_wrong(const blocks *b);
 double rimi_blocks_period_s(const blocks *b); /* recent mean time between rows */
 

@@ -17,6 +17,7 @@ struct blocks {
   double start_s, previous_s, block_start_s, mean_period_s, out_value;
   double rolled_s;        /* middle of the block to which the states were rolled */
   double told_period_s;   /* recent mean time between rows, however long the gaps */
+  double mean_row;        /* recent mean of row_periods, of each no more than RATE_MOST */
   double row_periods;     /* from each row to the next in the time since the last row */
   double block_periods;   /* how long the block is so far */
   float lost_rows;        /* of which nobody knows what the inputs did, times what they moved */
