@@ -5,6 +5,7 @@
 #include "base/real.h"
 
 enum { FACTORS = 3 };
+#define ROLLED_MOST 1e100                           /* variance */
 #define ROLLED_PART (ROLLED_LONGEST / ROLLED_PARTS) /* blocks */
 
 static uint16_t factor(const rim_basis *b, size_t rate, size_t which) {
@@ -23,16 +24,25 @@ static double of_filters(const rim_basis *b, size_t rate, const double *filter) 
   return product;
 }
 
-/* The product of those that are states. */
-static double of_states(const rim_basis *b, size_t rate, const double *state) {
+/* The state that a factor is, or the number of states. */
+static size_t state_of(const rim_basis *b, uint16_t code) {
+  const size_t which = code & (BASIS_MAX_STATES - 1u);
+  return code < BASIS_STATE || code == BASIS_PLAIN ? b->states : which < b->states ? which : 0;
+}
+
+static bool is_magnitude(uint16_t code) {
+  return (code & BASIS_STATE_MAGNITUDE) == BASIS_STATE_MAGNITUDE;
+}
+
+/* The product of those that are states, without factor `left_out`, FACTORS: with all. */
+static double of_states(const rim_basis *b, size_t rate, const double *state, size_t left_out) {
   double product = 1.0;
   for (size_t k = 0; k < FACTORS; ++k) {
     const uint16_t code = factor(b, rate, k);
-    if (code < BASIS_STATE || code == BASIS_PLAIN)
+    const size_t s = state_of(b, code);
+    if (s == b->states || k == left_out)
       continue;
-    const size_t which = code & (BASIS_MAX_STATES - 1u);
-    const double z = state[which < b->states ? which : 0];
-    product *= (code & BASIS_STATE_MAGNITUDE) == BASIS_STATE_MAGNITUDE ? rimi_abs(z) : z;
+    product *= is_magnitude(code) ? rimi_abs(state[s]) : state[s];
   }
   return product;
 }
@@ -43,7 +53,7 @@ static void move(const rim_basis *b, const double *part, const double *at, const
   double change[BASIS_MAX_STATES] = {0.0};
   for (size_t q = 0; q < b->rates; ++q)
     change[rimi_le_index(b->rate, 4 * q, BASIS_MAX_STATES)] +=
-        (double)rimi_le_f32(b->weight, q) * part[q] * of_states(b, q, at);
+        (double)rimi_le_f32(b->weight, q) * part[q] * of_states(b, q, at, FACTORS);
   for (size_t s = 0; s < b->states; ++s) {
     const double next = from[s] + dt_s * change[s];
     to[s] = rimi_clamp(rimi_is_finite(next) ? next : from[s], (double)rimi_le_f32(b->limit, 2 * s),
@@ -72,8 +82,8 @@ void rimi_rolled_lose(const rim_basis *basis, const double *from, const double *
                       const double *state, double *variance) {
   for (size_t q = 0; q < basis->rates && basis->states > 0; ++q) {
     const double moved = of_inputs(basis, q, to) - of_inputs(basis, q, from);
-    const double error = (double)rimi_le_f32(basis->weight, q) * of_states(basis, q, state) *
-                         moved * RIM_UNIFORM_SD * lost_s;
+    const double error = (double)rimi_le_f32(basis->weight, q) *
+                         of_states(basis, q, state, FACTORS) * moved * RIM_UNIFORM_SD * lost_s;
     variance[rimi_le_index(basis->rate, 4 * q, basis->states)] += error * error;
   }
 }
@@ -98,6 +108,37 @@ void rimi_rolled_step(const rim_basis *basis, const double *filter, double share
     const double part_s = rimi_min(left_s, ROLLED_PART * block_s);
     advance(basis, mean, part_s, state);
     left_s -= part_s;
+  }
+}
+
+/* The change of rate q's state per unit of its factor k, a state. */
+static double derivative(const rim_basis *b, const double *part, size_t q, size_t k,
+                         const double *state) {
+  const uint16_t code = factor(b, q, k);
+  const bool falls = is_magnitude(code) && state[state_of(b, code)] < 0.0;
+  const double slope = (double)rimi_le_f32(b->weight, q) * part[q] * of_states(b, q, state, k);
+  return falls ? -slope : slope;
+}
+
+void rimi_rolled_forget(const rim_basis *basis, const double *part, const double *state,
+                        double elapsed_s, double *variance, double *kept) {
+  double own[BASIS_MAX_STATES] = {0.0}, added[BASIS_MAX_STATES] = {0.0};
+  for (size_t q = 0; q < basis->rates; ++q) {
+    const size_t s = rimi_le_index(basis->rate, 4 * q, basis->states);
+    for (size_t k = 0; k < FACTORS; ++k) {
+      const size_t of = state_of(basis, factor(basis, q, k));
+      if (of == s)
+        own[s] += derivative(basis, part, q, k, state);
+      else if (of < basis->states && variance[of] > 0.0)
+        added[s] += rimi_abs(derivative(basis, part, q, k, state)) * rimi_sqrt(variance[of]);
+    }
+  }
+  for (size_t s = 0; s < basis->states; ++s) {
+    /* By the backward rule an error that decays never falls below 0. */
+    const double left = own[s] < 0.0 ? 1.0 / (1.0 - elapsed_s * own[s]) : 1.0 + elapsed_s * own[s];
+    const double error = rimi_sqrt(variance[s]) * left + added[s] * elapsed_s;
+    variance[s] = rimi_min(error * error, ROLLED_MOST);
+    kept[s] = rimi_min(kept[s] * left, 1.0);
   }
 }
 

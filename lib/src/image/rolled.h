@@ -35,6 +35,13 @@ void rimi_rolled_step(const rim_basis *basis, const double *filter, double share
 void rimi_rolled_lose(const rim_basis *basis, const double *from, const double *to, double lost_s,
                       const double *state, double *variance);
 
+/* What a step of elapsed_s leaves of errors of the states. An error decays, or grows, as the rates
+ * of its state do, and adds to the states of whose rates it is a factor: at most so much as if all
+ * had one sign. part: by rimi_rolled_step(). variance[states]: of errors. kept[states]: what is
+ * left of an error at the beginning, but for what others add. O(rates). */
+void rimi_rolled_forget(const rim_basis *basis, const double *part, const double *state,
+                        double elapsed_s, double *variance, double *kept);
+
 /* The block after a gap that no step covers: each state goes on by what its outcome's readings
  * moved, moved[states], and so stays as far from them as it was before. What deviated still does;
  * the gap itself says nothing. Sets part[rates]. O(rates). */

@@ -33,7 +33,7 @@ size_t rimi_blocks_size(const blocks_config *c) {
   const size_t outcomes = (blocks_outcome_arrays(c) + blocks_made_arrays(c)) * c->outcomes;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + outcomes + 2u * (size_t)n->inputs * n->times +
-               3u * (size_t)n->times + n->inputs + 2u * (size_t)n->states + n->rates + n->terms +
+               3u * (size_t)n->times + n->inputs + 3u * (size_t)n->states + n->rates + n->terms +
                (n->terms + 3u) / 4u + n->means + ROUND2(c->features) / 2u + ROUND2(n->inputs) / 2u +
                2u * (size_t)c->integrands);
 }
@@ -563,6 +563,11 @@ static double reading_of(const blocks *b, size_t s) {
   return OUTCOME(b)[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
 }
 
+static void keep_all(blocks *b) {
+  for (size_t s = 0; s < b->config.basis.states; ++s)
+    blocks_state_kept(b)[s] = 1.0;
+}
+
 /* A run that began before its first row may begin anywhere: its own readings count. before[states]:
  * readings of the block before. */
 static void roll(blocks *b, const double *before) {
@@ -574,6 +579,7 @@ static void roll(blocks *b, const double *before) {
       moved[s] = reading_of(b, s) - before[s];
     rimi_rolled_resume(&b->config.basis, blocks_filter_sum(b), moved, blocks_state(b),
                        blocks_part(b));
+    keep_all(b);
     b->resumed = true;
   } else if (b->count + 1u == FIRST_BLOCKS) {
     const double *reading = b->late ? OUTCOME(b) : FIRST(b);
@@ -581,9 +587,14 @@ static void roll(blocks *b, const double *before) {
       blocks_state(b)[s] = reading[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
     rimi_rolled_begin(&b->config.basis, blocks_filter_sum(b), block_s, blocks_state(b),
                       blocks_part(b));
-  } else if (b->count >= FIRST_BLOCKS)
-    rimi_rolled_step(&b->config.basis, blocks_filter_sum(b), rimi_blocks_share(b),
-                     middle_s - b->rolled_s, block_s, blocks_state(b), blocks_part(b));
+    keep_all(b);
+  } else if (b->count >= FIRST_BLOCKS) {
+    const double elapsed_s = middle_s - b->rolled_s;
+    rimi_rolled_step(&b->config.basis, blocks_filter_sum(b), rimi_blocks_share(b), elapsed_s,
+                     block_s, blocks_state(b), blocks_part(b));
+    rimi_rolled_forget(&b->config.basis, blocks_part(b), blocks_state(b), elapsed_s,
+                       blocks_state_variance(b), blocks_state_kept(b));
+  }
   b->rolled_s = middle_s;
 }
 
@@ -718,6 +729,7 @@ bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }
 bool rimi_blocks_has_resumed(const blocks *b) { return b->resumed; }
 uint32_t rimi_blocks_out_states(const blocks *b) { return b->out_states; }
 const double *rimi_blocks_state_variance(const blocks *b) { return blocks_state_variance(b); }
+const double *rimi_blocks_state_kept(const blocks *b) { return blocks_state_kept(b); }
 double rimi_blocks_share(const blocks *b) {
   return (double)b->last_rows / ((double)b->last_rows + (double)b->before_rows);
 }

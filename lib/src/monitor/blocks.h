@@ -115,6 +115,8 @@ bool rimi_blocks_has_resumed(const blocks *b); /* states went on from readings a
 bool rimi_blocks_is_out(const blocks *b, uint16_t feature);
 /* [states]: of what short gaps left unknown of them; all zero: nothing is. */
 const double *rimi_blocks_state_variance(const blocks *b);
+/* [states], 1 to 0: what is left of each as it began, or went on after a long gap. */
+const double *rimi_blocks_state_kept(const blocks *b);
 uint32_t rimi_blocks_out_states(const blocks *b); /* bit s: state s began out of range */
 bool rimi_blocks_adjoins(const blocks *b);        /* it begins where the one before it ended */
 /* A feature jumped over a gap in this block or the one before: what integrates it is not known. */

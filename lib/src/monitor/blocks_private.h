@@ -94,8 +94,12 @@ static inline double *blocks_state(const blocks *b) {
 static inline double *blocks_state_variance(const blocks *b) {
   return blocks_state(b) + b->config.basis.states;
 }
-static inline double *blocks_part(const blocks *b) {
+/* What is left of each as it began, or went on after a gap: 1 to 0. */
+static inline double *blocks_state_kept(const blocks *b) {
   return blocks_state_variance(b) + b->config.basis.states;
+}
+static inline double *blocks_part(const blocks *b) {
+  return blocks_state_kept(b) + b->config.basis.states;
 }
 /* Sums of the integrands and of row times integrand; at the end of a block early and late. */
 static inline double *blocks_early(const blocks *b) {

@@ -30,7 +30,7 @@
 /* Of a channel's own noise: an error of its nominal value above which a block says nothing. */
 #define MONITOR_MOST_UNKNOWN 0.1
 #define MONITOR_NOT_KNOWN 1e30
-#define MONITOR_LASTING 0.9f /* autocorrelation of noise that lasts */
+#define MONITOR_FORGOTTEN 0.01 /* of a state at the start: it does not gather over a run */
 #define MONITOR_BEYOND 0.1   /* of a run's length: how much longer than healthy ones it may be */
 
 /* Views into the image; what is absent is all zero. */
@@ -87,7 +87,7 @@ struct rim_monitor {
   uint32_t steps, refused, partly;
   uint16_t channel_count, out_feature;
   monitor_gap gap[MONITOR_GAPS]; /* not trained: the newest ones, in order */
-  uint32_t gaps;
+  uint32_t gaps, unseen;           /* trained: blocks in a row that said nothing of any outcome */
   rim_verdict last; /* what a row that completes no block repeats; interference: NULL */
   rim_interference_verdict motion; /* of the newest row */
   monitor_guard guard;             /* sums all that is above: last */

@@ -496,7 +496,7 @@ void rimi_monitor_forget_regions(rim_monitor *m) {
   }
   m->has_explained = m->has_place = false;
   m->ended_first = m->ended_end = m->ended_count = 0;
-  m->refused = m->partly = 0;
+  m->refused = m->partly = m->unseen = 0;
   const double t_s = m->last.t_s;
   rimi_monitor_clear_verdict(m);
   m->last.t_s = t_s;

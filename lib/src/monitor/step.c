@@ -117,6 +117,23 @@ static void find_place(rim_monitor *m) {
   m->has_place = true;
 }
 
+/* Whether the block says where an outcome lies, of those of which anything can be said. */
+static bool says_something(const rim_monitor *m) {
+  static const uint8_t kinds[] = {RIM_CHANNEL_BEHAVIOUR, RIM_CHANNEL_AGREEMENT, RIM_CHANNEL_STEP};
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  bool is_any_watched = false;
+  for (size_t k = 0; k < sizeof kinds; ++k) {
+    for (uint32_t c = kinds[k] * outcomes; c < (kinds[k] + 1u) * outcomes; ++c) {
+      if (c >= m->channel_count || !(rimi_noise_channel(&m->models.noise, c).active > 0.5f))
+        continue;
+      if (!m->unknown[c])
+        return true;
+      is_any_watched = true;
+    }
+  }
+  return !is_any_watched;
+}
+
 static bool observe_trained(rim_monitor *m) {
   if (m->words[RIM_CONFIG_EXTERNAL] == 0 && !rimi_blocks_has_first(m->rows))
     return false; /* models may need the run's first readings */
@@ -141,6 +158,7 @@ static bool observe_trained(rim_monitor *m) {
   if (rimi_search_observe(m->search, &block) == RIM_OK) {
     if (partly)
       count(&m->partly);
+    m->unseen = says_something(m) ? 0u : m->unseen + 1u;
     return true;
   }
   count(&m->refused);
@@ -347,7 +365,10 @@ static void give_reason(rim_monitor *m, rim_verdict *v) {
   else if (v->reason == RIM_REASON_NONE && m->is_trained &&
            v->blocks < RIM_MONITOR_LEAST_BLOCKS + m->partly)
     v->reason = RIM_REASON_TOO_FEW;
-  if (v->reason == RIM_REASON_RATE && v->level != RIM_LEVEL_ERROR)
+  const bool is_blind = m->unseen >= RIM_MONITOR_LEAST_BLOCKS; /* what it said before grows old */
+  if (v->reason == RIM_REASON_NONE && is_blind)
+    v->reason = RIM_REASON_TOO_FEW;
+  if ((v->reason == RIM_REASON_RATE || is_blind) && v->level != RIM_LEVEL_ERROR)
     v->level = RIM_LEVEL_STALE;
 }
 

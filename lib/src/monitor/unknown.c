@@ -15,9 +15,10 @@ static void doubt_states(const rim_monitor *m, uint32_t uncertain, double *error
   }
 }
 
-/* After a long gap a state went on from a reading, whose noise lasts from then on. That is as it
- * always is where the noise itself lasts. Elsewhere nothing is known any more of what the state
- * carries, and a healthy run would show a step, unless the healthy runs had such gaps as well. */
+/* After a long gap a state went on from a reading, whose noise it keeps for as long as what is put
+ * into it. That is as it always is where the noise itself lasts. Elsewhere nothing is known for so
+ * long of what the state carries, and a healthy run would show a step, unless the healthy runs had
+ * such gaps as well. */
 static void add_resumed(const rim_monitor *m, double *error) {
   const rim_basis *basis = rimi_blocks_basis(m->rows);
   if (!rimi_blocks_has_resumed(m->rows) || m->models.noise.with_gaps)
@@ -25,7 +26,8 @@ static void add_resumed(const rim_monitor *m, double *error) {
   uint32_t uncertain = 0;
   for (uint32_t s = 0; s < basis->states; ++s) {
     const size_t o = rimi_le_index(basis->state, s, m->words[RIM_CONFIG_OUTCOMES]);
-    if (rimi_noise_channel(&m->models.noise, (uint32_t)o).rho < MONITOR_LASTING)
+    const double rho = (double)rimi_noise_channel(&m->models.noise, (uint32_t)o).rho;
+    if (rimi_blocks_state_kept(m->rows)[s] * (1.0 - rho) > MONITOR_MOST_UNKNOWN)
       uncertain |= UINT32_C(1) << s;
   }
   doubt_states(m, uncertain, error);
@@ -50,6 +52,16 @@ static uint32_t lost_states(const rim_monitor *m) {
  * healthy run has been: sums, and states that are rolled forward. */
 static bool gathers_too_long(const rim_monitor *m) {
   return rimi_blocks_beyond_learnt(m->rows) > MONITOR_BEYOND;
+}
+
+/* The states that gather over a run; the others have forgotten how they began. */
+static uint32_t gathering_states(const rim_monitor *m) {
+  uint32_t gathering = 0;
+  for (uint32_t s = 0; s < rimi_blocks_basis(m->rows)->states; ++s) {
+    if (rimi_blocks_state_kept(m->rows)[s] > MONITOR_FORGOTTEN)
+      gathering |= UINT32_C(1) << s;
+  }
+  return gathering;
 }
 
 static bool is_sum(const rim_monitor *m, size_t o) {
@@ -129,7 +141,7 @@ static bool hide_what_is_not_known(rim_monitor *m) {
   doubt_states(m, rimi_blocks_out_states(m->rows) | lost_states(m), error);
   const bool too_long = gathers_too_long(m);
   if (too_long)
-    doubt_states(m, UINT32_MAX, error);
+    doubt_states(m, gathering_states(m), error);
   for (uint32_t o = 0; o < outcomes; ++o)
     any = mark(m, RIM_CHANNEL_BEHAVIOUR, o, error[o]) || any;
   doubt_out(m, error); /* of what the others are held against */
