@@ -66,6 +66,7 @@ contains "a damaged image is refused by the validation" "$(line 'damaged table')
 contains "and by cFE" "$said" "validation failed for RIM_APP.Image"
 contains "a good one takes its place" "$(line 'new table')" "rows 0 refused 0 records 0 level 3 .*images 2 refused_images 1 loaded 1"
 check "and decides the same" "$wanted" "$(line played 2 | grep -o 'digest .*')"
+contains "rows that are all refused are a silence" "$(line 'old rows')" "level 3 "
 printf '%s\n' "$said" | python3 - alarms.jsonl said << 'END'; check "the packets are the alarms of rim replay" 0 $?
 import json, sys
 alarms = [json.loads(line) for line in open(sys.argv[1])]

@@ -38,6 +38,12 @@ properties = dict(line.strip().split("=", 1) for line in open(top + "/arduino/li
 assert properties["includes"] == "RimWatch.h" and properties["name"] == "RimWatch"
 END
 
+# Each of them lets rim_watch_tick count the silence, whichever rows are refused, and has no count of its own.
+for file in arduino/src/RimWatch.h cfs/fsw/src/rim_app.c fprime/RimWatch.cpp freertos/rim_task.c px4/RimWatch.cpp ros2/src/rim_node.cpp zephyr/rim_zephyr.c; do
+  grep -q 'rim_watch_tick(' "$root/firmware/integration/$file"; check "$file tells the time" 0 $?
+  grep 'rim_watch_idle(' "$root/firmware/integration/$file"; check "$file counts no silence" 1 $?
+done
+
 # Arduino: rows of a recording through the sketch, on this machine.
 "$root/firmware/integration/arduino/make_library.sh" library; check "the Arduino library" 0 $?
 "$root/firmware/integration/arduino/make_library.sh" library 2> /dev/null; check "is not written over" 2 $?
@@ -57,5 +63,8 @@ head -n 20 built
 said=$(timeout 60 ./sketch); check "and runs" 0 $?
 contains "every row" "$said" "^rows 900$"
 contains "it tells the alarm" "$said" "^raised ERROR: .* s.position_a_m "
+contains "rows that are all refused for their time are a silence" "$said" "^refused for their time: level 3$"
+contains "whose clock began again is used when that is told" "$said" "^told that it began again: level 0$"
+contains "rows that are all too short are a silence" "$said" "^refused for their length: level 3$"
 check "with the digest of rim replay" "$wanted" "$(printf '%s\n' "$said" | tail -n 1)"
 finish

@@ -30,6 +30,7 @@ equal() {
   contains "$1: a command for no alarm is refused" "$2" "^commands_refused 1$"
   contains "$1: no record is lost" "$2" "^dropped 0$"
   contains "$1: the level" "$2" "^level 2$"
+  contains "$1: rows that are all refused are a silence" "$2" "^level of refused rows 3$"
   check "$1: the digest of rim replay" "$wanted" "$(printf '%s\n' "$2" | grep '^digest ')"
   printf '%s\n' "$2" | sed -n 's/^record //p' > records
   python3 - alarms.jsonl records << 'END'; check "$1: its alarms" 0 $?

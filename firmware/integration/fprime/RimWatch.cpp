@@ -24,15 +24,13 @@ void RimWatch::rowIn_handler(FwIndexType portNum, F64 timeSeconds, U32 count,
   for (U32 i = 0; i < RowValues::SIZE; i++)
     row[i] = values[i];
   (void)rim_watch_row(&m_watch, timeSeconds, row, count, nullptr); // another count is counted
-  m_silentSeconds = 0.0;
 }
 
 void RimWatch::schedIn_handler(FwIndexType portNum, U32 context) {
   (void)portNum;
   (void)context;
-  if (m_silentSeconds > 0.0)
-    rim_watch_idle(&m_watch, m_silentSeconds);
-  m_silentSeconds += kSchedSeconds;
+  m_seconds += kSchedSeconds;
+  rim_watch_tick(&m_watch, m_seconds);
   this->tlmWrite_VehicleLevel(static_cast<Level::T>(m_watch.level));
   this->tlmWrite_Rows(m_watch.rows);
   this->tlmWrite_RowsRefused(m_watch.refused);

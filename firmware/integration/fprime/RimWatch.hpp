@@ -32,7 +32,7 @@ private:
   static void take(void *self, const rim_alarm *record);
 
   rim_watch m_watch{};
-  F64 m_silentSeconds = 0.0; // since the newest row
+  F64 m_seconds = 0.0; // told by schedIn
   alignas(8) unsigned char m_monitor[kMonitorBytes];
 };
 

@@ -54,16 +54,10 @@ static void obey(const item *next) {
 static void run(void *nothing) {
   static item next;
   (void)nothing;
-  TickType_t newest = xTaskGetTickCount();
   for (;;) {
-    if (xQueueReceive(self.items, &next, pdMS_TO_TICKS(RIM_TASK_IDLE_MS)) == pdTRUE) {
-      if (!next.is_command)
-        newest = xTaskGetTickCount();
+    if (xQueueReceive(self.items, &next, pdMS_TO_TICKS(RIM_TASK_IDLE_MS)) == pdTRUE)
       obey(&next);
-    } else {
-      rim_watch_idle(&self.watch,
-                     (double)(xTaskGetTickCount() - newest) / (double)configTICK_RATE_HZ);
-    }
+    rim_watch_tick(&self.watch, (double)xTaskGetTickCount() / (double)configTICK_RATE_HZ);
     publish();
   }
 }

@@ -68,20 +68,21 @@ void RimWatch::Run() {
     return;
   }
   vehicle_angular_velocity_s rate;
-  if (_rate.update(&rate)) {
-    /* The sensor is faster than the image: the next row is due a period after the last. */
-    if (rate.timestamp_sample + _period_us / 20 < _next_row)
-      return;
-    const bool late = rate.timestamp_sample > _next_row + _period_us;
-    _next_row = (late ? rate.timestamp_sample : _next_row) + _period_us;
-    double value[kValues];
-    fill(value, rate);
-    (void)rim_watch_row(&_watch, 1e-6 * static_cast<double>(rate.timestamp_sample), value, kValues,
-                        nullptr);
-    _newest_row = hrt_absolute_time();
-  } else if (_newest_row != 0) {
-    rim_watch_idle(&_watch, 1e-6 * static_cast<double>(hrt_elapsed_time(&_newest_row)));
-  }
+  if (_rate.update(&rate))
+    take_sample(rate);
+  rim_watch_tick(&_watch, 1e-6 * static_cast<double>(hrt_absolute_time()));
+}
+
+void RimWatch::take_sample(const vehicle_angular_velocity_s &rate) {
+  /* The sensor is faster than the image: the next row is due a period after the last. */
+  if (rate.timestamp_sample + _period_us / 20 < _next_row)
+    return;
+  const bool late = rate.timestamp_sample > _next_row + _period_us;
+  _next_row = (late ? rate.timestamp_sample : _next_row) + _period_us;
+  double value[kValues];
+  fill(value, rate);
+  (void)rim_watch_row(&_watch, 1e-6 * static_cast<double>(rate.timestamp_sample), value, kValues,
+                      nullptr);
 }
 
 void RimWatch::take(void *self, const rim_alarm *record) {

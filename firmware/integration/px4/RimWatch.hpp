@@ -41,6 +41,7 @@ private:
   static constexpr unsigned kImageBytes = 32768;
 
   void Run() override;
+  void take_sample(const vehicle_angular_velocity_s &rate);
   void fill(double *value, const vehicle_angular_velocity_s &rate);
   void publish(const rim_alarm &record);
   static void take(void *self, const rim_alarm *record);
@@ -56,7 +57,7 @@ private:
   vehicle_torque_setpoint_s _newest_torque{};
   orb_advert_t _mavlink_log{nullptr};
   rim_watch _watch{};
-  hrt_abstime _next_row{0}, _newest_row{0};
+  hrt_abstime _next_row{0};
   uint32_t _period_us{0};
 
   alignas(8) unsigned char _image[kImageBytes];

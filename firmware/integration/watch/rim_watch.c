@@ -20,6 +20,7 @@ rim_status rim_watch_open(rim_watch *watch, void *memory, size_t bytes, const vo
   w.digest = RIM_DIGEST_START;
   w.level = RIM_LEVEL_STALE;
   w.reason = RIM_REASON_TOO_FEW;
+  w.is_fresh = true;
   w.send = send;
   w.user = user;
   *watch = w;
@@ -38,10 +39,29 @@ static void send_waiting(rim_watch *watch) {
     send(watch, &record);
 }
 
+/* It is now_s on the clock of the rows, and no valid one has come since the newest. */
+static void note_silence(rim_watch *watch, double now_s) {
+  if (rim_monitor_idle(watch->monitor, now_s)) {
+    watch->level = RIM_LEVEL_STALE;
+    watch->reason = RIM_REASON_SILENT;
+  }
+  send_waiting(watch);
+}
+
+static void note_valid(rim_watch *watch, double t_s) {
+  watch->newest_s = t_s;
+  watch->has_valid = watch->is_fresh = true;
+  watch->is_guessed = false;
+}
+
 rim_status rim_watch_row(rim_watch *watch, double t_s, const double *value, size_t count,
                          rim_verdict *verdict) {
   if (watch == NULL || watch->monitor == NULL || value == NULL)
     return RIM_E_ARGUMENT;
+  /* A gap in the rows is told before the row, and also where the row will be refused. A time that
+   * was guessed is none to measure a gap from. */
+  if (!watch->is_guessed)
+    note_silence(watch, t_s);
   if (count != watch->values) {
     watch->refused++;
     return RIM_E_SIZE;
@@ -54,8 +74,6 @@ rim_status rim_watch_row(rim_watch *watch, double t_s, const double *value, size
     row.mean = row.outcome + outcomes;
     row.sd = row.mean + outcomes;
   }
-  (void)rim_monitor_idle(watch->monitor, t_s); /* a gap in the rows is told before the row */
-  send_waiting(watch);
   rim_verdict now;
   const rim_status status = rim_monitor_step(watch->monitor, &row, &now);
   if (status != RIM_OK)
@@ -64,7 +82,7 @@ rim_status rim_watch_row(rim_watch *watch, double t_s, const double *value, size
   watch->level = now.level;
   watch->reason = now.reason;
   if (now.valid)
-    watch->newest_s = t_s;
+    note_valid(watch, t_s);
   watch->digest = rim_verdict_digest(watch->digest, &now);
   if (now.alarm.seq != 0)
     send(watch, &now.alarm);
@@ -77,10 +95,31 @@ rim_status rim_watch_row(rim_watch *watch, double t_s, const double *value, size
 void rim_watch_idle(rim_watch *watch, double silent_s) {
   if (watch == NULL || watch->monitor == NULL)
     return;
-  if (rim_monitor_idle(watch->monitor, watch->newest_s + silent_s)) {
-    watch->level = RIM_LEVEL_STALE;
-    watch->reason = RIM_REASON_SILENT;
-  }
+  if (!watch->has_valid)
+    watch->is_guessed = true;
+  note_silence(watch, watch->newest_s + silent_s);
+}
+
+void rim_watch_tick(rim_watch *watch, double here_s) {
+  if (watch == NULL || watch->monitor == NULL)
+    return;
+  const double passed_s = here_s - watch->here_s;
+  watch->here_s = here_s;
+  if (watch->is_fresh)
+    watch->silent_s = 0.0;
+  else if (passed_s > 0.0)
+    watch->silent_s += passed_s;
+  watch->is_fresh = false;
+  rim_watch_idle(watch, watch->silent_s);
+}
+
+void rim_watch_restart(rim_watch *watch, double now_s) {
+  if (watch == NULL || watch->monitor == NULL || !(now_s - now_s == 0.0))
+    return; /* not finite: the monitor refuses it too */
+  rim_monitor_restart(watch->monitor, now_s);
+  watch->newest_s = now_s; /* the silence goes on from here: no valid row has come by this */
+  if (watch->level <= RIM_LEVEL_ERROR)
+    watch->level = rim_monitor_alarms(watch->monitor).level;
   send_waiting(watch);
 }
 

@@ -29,9 +29,14 @@ typedef struct rim_watch {
   uint32_t refused; /* of another length */
   uint32_t records; /* handed on */
   uint32_t values;  /* of a row: see rim_watch_row */
-  double newest_s;  /* time of the newest row */
+  double newest_s;  /* time of the newest valid row */
+  double here_s;    /* the board's time at the newest tick */
+  double silent_s;  /* on the board's clock, from the newest valid row to that tick */
   uint8_t level;    /* rim_level of the vehicle by the newest verdict; STALE before the first */
   uint8_t reason;   /* rim_reason: why the level says nothing about the vehicle */
+  bool has_valid;   /* a valid row has come */
+  bool is_fresh;    /* since the newest tick, or the watch was opened */
+  bool is_guessed;  /* no valid row yet: what the monitor has for their time is the silence */
 } rim_watch;
 
 /* Opens the image in the caller's memory, both aligned to 8, as rim_monitor_init, with its errors;
@@ -46,9 +51,22 @@ rim_status rim_watch_open(rim_watch *watch, void *memory, size_t bytes, const vo
 rim_status rim_watch_row(rim_watch *watch, double t_s, const double *value, size_t count,
                          rim_verdict *verdict);
 
-/* Reports that no row has come for silent_s seconds since the newest: the monitor then becomes
- * STALE where its image says so. O(1). */
+/* Tells that it is here_s on the board's own clock, in seconds from any start. Call it after each
+ * row and from time to time while none comes. It counts the silence since the newest *valid* row,
+ * or since the watch was opened: rows that are all refused, for their length, their values or their
+ * time, are no news of the vehicle, and the monitor then becomes STALE where its image says so.
+ * Where the clock goes back, as one that wraps does, what passed in that tick is not counted.
+ * O(1). */
+void rim_watch_tick(rim_watch *watch, double here_s);
+
+/* For who counts the silence himself, in place of rim_watch_tick: no valid row has come for
+ * silent_s seconds. rim_watch_row says with verdict->valid whether a row was one. O(1). */
 void rim_watch_idle(rim_watch *watch, double silent_s);
+
+/* The clock of the rows' source began again, and it is now_s on it: without this every row is
+ * refused until its time is beyond that of the newest before. All observations are forgotten, and
+ * alarms end or are latched (rim_monitor_restart). O(memory). */
+void rim_watch_restart(rim_watch *watch, double now_s);
 
 /* Obeys an operator, as rim_monitor_command with 32 bits. */
 rim_status rim_watch_command(rim_watch *watch, const rim_command *command);

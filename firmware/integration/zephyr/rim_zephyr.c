@@ -40,22 +40,22 @@ static void publish(void) {
   k_mutex_unlock(&rim_status_lock);
 }
 
+static void obey(const item *next) {
+  if (!next->is_command)
+    (void)rim_watch_row(&watch, next->of.row.t_s, next->of.row.value, next->of.row.count, NULL);
+  else if (rim_watch_command(&watch, &next->of.command) != RIM_OK)
+    commands_refused++;
+}
+
 static void run(void *a, void *b, void *c) {
   static item next;
-  int64_t newest_ms = k_uptime_get();
   ARG_UNUSED(a);
   ARG_UNUSED(b);
   ARG_UNUSED(c);
   for (;;) {
-    if (k_msgq_get(&rim_items, &next, K_MSEC(CONFIG_RIMWATCH_IDLE_MS)) != 0) {
-      rim_watch_idle(&watch, 1e-3 * (double)(k_uptime_get() - newest_ms));
-    } else if (next.is_command) {
-      if (rim_watch_command(&watch, &next.of.command) != RIM_OK)
-        commands_refused++;
-    } else {
-      newest_ms = k_uptime_get();
-      (void)rim_watch_row(&watch, next.of.row.t_s, next.of.row.value, next.of.row.count, NULL);
-    }
+    if (k_msgq_get(&rim_items, &next, K_MSEC(CONFIG_RIMWATCH_IDLE_MS)) == 0)
+      obey(&next);
+    rim_watch_tick(&watch, 1e-3 * (double)k_uptime_get());
     publish();
   }
 }

@@ -102,6 +102,22 @@ static void Play(void) {
   PrintHk("wrong rows");
 }
 
+/* Rows of a source whose clock began again, so often that rim_app never waits in vain: all of
+ * them are refused, and soon nothing is known. At most half a minute. */
+static void PlayOldRows(void) {
+  static RIM_APP_Row_t Row;
+  CFE_MSG_Init(CFE_MSG_PTR(Row.TelemetryHeader), CFE_SB_ValueToMsgId(RIM_APP_ROW_MID), sizeof Row);
+  Row.Count = rimi_le_u32(Recording, 4) - 1u;
+  for (uint32 I = 0; I < 30000u / (RIM_APP_IDLE_MS / 4u); I++) {
+    CFE_SB_TransmitMsg(CFE_MSG_PTR(Row.TelemetryHeader), true);
+    OS_TaskDelay(RIM_APP_IDLE_MS / 4u);
+    Settle();
+    if (Hk.Payload.Level == RIM_LEVEL_STALE)
+      break;
+  }
+  PrintHk("old rows");
+}
+
 static void ClearAlarm(uint32 Sequence, uint32 ModelId) {
   static RIM_APP_AlarmCmd_t Cmd;
   CFE_MSG_Init(CFE_MSG_PTR(Cmd.CommandHeader), CFE_SB_ValueToMsgId(RIM_APP_CMD_MID), sizeof Cmd);
@@ -172,6 +188,7 @@ void RIM_PLAYER_Main(void) {
   LoadTable("/cf/rim_image.tbl");
   PrintHk("new table");
   Play();
+  PlayOldRows();
   printf("player done\n");
   fflush(stdout);
   _exit(0);

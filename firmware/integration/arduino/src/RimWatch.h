@@ -14,21 +14,20 @@ public:
   /* The image stays where it is, aligned to 8. Called with every record; may be NULL. */
   rim_status begin(const void *image, size_t bytes, void (*onRecord)(const rim_alarm &record)) {
     onRecord_ = onRecord;
-    newest_ms_ = millis();
     return rim_watch_open(&watch_, memory_, sizeof memory_, image, bytes, take, this);
   }
 
   rim_status row(double t_s, const double *value, size_t count) {
-    newest_ms_ = millis();
-    return rim_watch_row(&watch_, t_s, value, count, NULL);
+    const rim_status status = rim_watch_row(&watch_, t_s, value, count, NULL);
+    idle();
+    return status;
   }
 
-  /* Call it from loop(): tells when rows fail to come. */
-  void idle() {
-    const uint32_t silent_ms = (uint32_t)millis() - newest_ms_;
-    if (silent_ms > 0)
-      rim_watch_idle(&watch_, 1e-3 * (double)silent_ms);
-  }
+  /* Call it from loop(): tells when rows that can be used fail to come. */
+  void idle() { rim_watch_tick(&watch_, 1e-3 * (double)millis()); }
+
+  /* The clock of the rows began again, and it is now_s on it (rim_watch_restart). */
+  void restart(double now_s) { rim_watch_restart(&watch_, now_s); }
 
   rim_status clear(uint32_t sequence) { return command(RIM_COMMAND_CLEAR, sequence); }
   rim_status acknowledge(uint32_t sequence) { return command(RIM_COMMAND_ACKNOWLEDGE, sequence); }
@@ -52,7 +51,6 @@ private:
   }
 
   rim_watch watch_ = {};
-  uint32_t newest_ms_ = 0;
   void (*onRecord_)(const rim_alarm &record) = NULL;
   alignas(8) unsigned char memory_[BYTES];
 };

@@ -85,18 +85,16 @@ private:
   }
 
   void take_row(const Float64MultiArray &row) {
-    newest_ = now();
-    has_row_ = true;
     if (row.data.empty() || rim_watch_row(&watch_, row.data[0], row.data.data() + 1,
                                           row.data.size() - 1, nullptr) != RIM_OK)
       RCLCPP_WARN_THROTTLE(get_logger(), *get_clock(), 5000,
                            "a row of %zu numbers is refused; wanted are the time and %u values",
                            row.data.size(), watch_.values);
+    rim_watch_tick(&watch_, (now() - started_).seconds());
   }
 
   void each_second() {
-    if (has_row_)
-      rim_watch_idle(&watch_, (now() - newest_).seconds());
+    rim_watch_tick(&watch_, (now() - started_).seconds());
     publish();
   }
 
@@ -158,8 +156,7 @@ private:
   Memory image_, monitor_;
   rim_watch watch_{};
   std::string words_ = "no record yet";
-  rclcpp::Time newest_;
-  bool has_row_ = false;
+  rclcpp::Time started_ = now();
   rclcpp::Publisher<DiagnosticArray>::SharedPtr diagnostics_;
   rclcpp::Subscription<Float64MultiArray>::SharedPtr rows_;
   rclcpp::TimerBase::SharedPtr timer_;

@@ -31,6 +31,14 @@ template <size_t BYTES> static uint64_t digest_of(const RimWatch<BYTES> &m) { re
 
 #include "RimWatch.ino.cpp" // the sketch, as the Arduino builder hands it to the compiler
 
+// Ten seconds of rows that are refused, each 50 ms.
+static void refused(const char *why, size_t values) {
+  const double value[kValues] = {};
+  for (int i = 0; i < 200; i++, now_ms += 50)
+    monitor.row(0.0, value, values);
+  printf("%s: level %u\n", why, (unsigned)monitor.level());
+}
+
 int main() {
   const uint32_t image_bytes = word_at(recording + 8);
   rows = word_at(recording + 12);
@@ -39,6 +47,14 @@ int main() {
   setup();
   for (now_ms = 0; row < rows; now_ms++)
     loop();
-  printf("rows %u\ndigest %016llx\n", (unsigned)monitor.rows(),
-         (unsigned long long)digest_of(monitor));
+  const unsigned used = monitor.rows();
+  const unsigned long long digest = digest_of(monitor);
+  // A source whose clock began again, then one whose rows are too short: all of them are refused.
+  refused("refused for their time", kValues);
+  monitor.restart(0.0);
+  double value[kValues] = {};
+  monitor.row(0.05, value, kValues);
+  printf("told that it began again: level %u\n", (unsigned)monitor.level());
+  refused("refused for their length", kValues - 1);
+  printf("rows %u\ndigest %016llx\n", used, digest);
 }

@@ -13,7 +13,6 @@ typedef struct {
   RIM_APP_HkTlm_t Hk;
   RIM_APP_AlarmTlm_t Alarm;
   rim_watch Watch;
-  CFE_TIME_SysTime_t NewestRow; /* when it came */
 } RIM_APP_Data_t;
 
 static RIM_APP_Data_t Data;
@@ -70,7 +69,6 @@ static void OpenImage(void *Table) {
     return;
   }
   Data.Hk.Payload.ImagesOpened++;
-  Data.NewestRow = CFE_TIME_GetMET();
   CFE_EVS_SendEvent(RIM_APP_IMAGE_INF_EID, CFE_EVS_EventType_INFORMATION,
                     "RIM: image %08lx opened, rows of %lu values",
                     (unsigned long)Data.Watch.image.model_id, (unsigned long)Data.Watch.values);
@@ -105,7 +103,6 @@ static void TakeRow(const CFE_SB_Buffer_t *Buffer, size_t Size) {
   if (Size != sizeof *Row || Row->Count > RIM_APP_MAX_VALUES ||
       rim_watch_row(&Data.Watch, Row->TimeS, Row->Value, Row->Count, NULL) == RIM_E_ARGUMENT)
     Data.Watch.refused++; /* rim_watch_row counts another number of values itself */
-  Data.NewestRow = CFE_TIME_GetMET();
 }
 
 static void Count(bool Obeyed) {
@@ -175,10 +172,11 @@ static void TakeMessage(const CFE_SB_Buffer_t *Buffer) {
   }
 }
 
-/* No message has come for a while; commands and housekeeping do not count as rows. */
-static void WhileSilent(void) {
-  const CFE_TIME_SysTime_t Silent = CFE_TIME_Subtract(CFE_TIME_GetMET(), Data.NewestRow);
-  rim_watch_idle(&Data.Watch, Silent.Seconds + 1e-6 * CFE_TIME_Sub2MicroSecs(Silent.Subseconds));
+/* After every message and while none comes: commands, housekeeping and rows that are refused do not
+ * end a silence. */
+static void TellTime(void) {
+  const CFE_TIME_SysTime_t Now = CFE_TIME_GetMET();
+  rim_watch_tick(&Data.Watch, Now.Seconds + 1e-6 * CFE_TIME_Sub2MicroSecs(Now.Subseconds));
 }
 
 static CFE_Status_t Init(void) {
@@ -219,8 +217,9 @@ void RIM_APP_Main(void) {
     const CFE_Status_t Status = CFE_SB_ReceiveBuffer(&Buffer, Data.Pipe, RIM_APP_IDLE_MS);
     if (Status == CFE_SUCCESS) {
       TakeMessage(Buffer);
+      TellTime();
     } else if (Status == CFE_SB_TIME_OUT) {
-      WhileSilent();
+      TellTime();
     } else {
       CFE_EVS_SendEvent(RIM_APP_PIPE_ERR_EID, CFE_EVS_EventType_ERROR, "RIM: pipe error 0x%08lx",
                         (unsigned long)Status);
