@@ -180,6 +180,37 @@ static void a_source_that_begins_again(void **state) {
   assert_true(watch.level == RIM_LEVEL_OK && heard.stale == 1);
 }
 
+/* A record's numbers in words: every double comes to an end, also what is no number. */
+static void numbers_in_words(void **state) {
+  (void)state;
+  static const struct {
+    double shift, sd;
+    const char *words;
+  } number[] = {
+      {0.5, 0.25, "+0.5000 (sd 0.2500)"},
+      {-123456.0, 0.0, "-1.2346e+05 (sd 0.0000)"},
+      {1.7e308, 1.5e-300, "+1.7000e+308 (sd 1.5000e-300)"},
+      {9.99996e7, -1e-300, "+1.0000e+08 (sd -1.0000e-300)"},
+      {(double)INFINITY, (double)INFINITY, "+inf (sd inf)"},
+      {-(double)INFINITY, (double)NAN, "-inf (sd nan)"},
+      {(double)NAN, 0.001, "nan (sd 0.0010)"},
+  };
+  char words[120], wanted[120];
+  begin();
+  for (size_t i = 0; i < sizeof number / sizeof number[0]; ++i) {
+    rim_alarm record = {.state = RIM_ALARM_RAISED, .level = RIM_LEVEL_ERROR, .channels = 1};
+    record.kind = RIM_KIND_VARIANCE; /* without a unit */
+    record.shift[0] = number[i].shift;
+    record.shift_sd[0] = number[i].sd;
+    record.since_s = 1.5;
+    assert_true(rim_watch_words(&watch, &record, words, sizeof words) > 0);
+    (void)snprintf(wanted, sizeof wanted, "%s since 1.5000 s", number[i].words);
+    const char *got = strstr(words, wanted);
+    if (got == NULL || strlen(got) != strlen(wanted))
+      fail_msg("'%s' does not end in '%s'", words, wanted);
+  }
+}
+
 static void what_is_closed(void **state) {
   (void)state;
   memset(&watch, 0, sizeof watch);
@@ -198,6 +229,7 @@ int main(void) {
       cmocka_unit_test(a_clock_that_wraps),
       cmocka_unit_test(before_the_first_row),
       cmocka_unit_test(a_source_that_begins_again),
+      cmocka_unit_test(numbers_in_words),
       cmocka_unit_test(what_is_closed),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

@@ -159,18 +159,31 @@ static void put_whole(line *l, uint32_t value, unsigned least_digits) {
     put(l, &digit[--count], 1);
 }
 
-/* Four decimals, or "e" and an exponent where they would hide the number or it is too large. */
+/* Four decimals, or "e" and an exponent where they would hide the number or it is too large; "nan",
+ * "inf" and "-inf" where it is none, which no division would bring to an end. */
 static void put_number(line *l, double x, const char *plus) {
   int exponent = 0;
+  if (x != x) {
+    put_text(l, "nan");
+    return;
+  }
   put_text(l, x < 0.0 ? "-" : plus);
   x = x < 0.0 ? -x : x;
+  if (x - x != 0.0) {
+    put_text(l, "inf");
+    return;
+  }
   if (x > 0.0 && (x >= 1e5 || x < 1e-3)) {
     for (; x >= 10.0; x /= 10.0)
       exponent++;
     for (; x < 1.0; x *= 10.0)
       exponent--;
   }
-  const uint32_t scaled = (uint32_t)(x * 1e4 + 0.5);
+  uint32_t scaled = (uint32_t)(x * 1e4 + 0.5);
+  if (exponent != 0 && scaled >= 100000u) { /* rounded up to the next power of ten */
+    scaled = 10000u;
+    exponent++;
+  }
   put_whole(l, scaled / 10000u, 1);
   put(l, ".", 1);
   put_whole(l, scaled % 10000u, 4);
