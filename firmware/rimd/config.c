@@ -292,7 +292,10 @@ static void check_whole(reader *r) {
   c->signal_age_ms = or_default(c->signal_age_ms, 1000);
 }
 
-unsigned config_parse(config *c, const char *name, const char *text, size_t bytes) {
+/* state: instead of the text's; NULL: none is given. It is there before the whole is checked, so
+ * that what needs a state has it. */
+static unsigned parse(config *c, const char *name, const char *text, size_t bytes,
+                      const char *state) {
   reader r = {.c = c, .name = name};
   memset(c, 0, sizeof *c);
   c->node = 1; /* that of the shipped DBC */
@@ -305,13 +308,21 @@ unsigned config_parse(config *c, const char *name, const char *text, size_t byte
     text += used;
     bytes -= used;
   }
+  if (state != NULL) {
+    memset(c->state, 0, sizeof c->state);
+    memcpy(c->state, state, strnlen(state, sizeof c->state - 1));
+  }
   check_whole(&r);
   if (r.errors > 0)
     say("%s: %u error%s", name, r.errors, r.errors == 1 ? "" : "s");
   return r.errors;
 }
 
-unsigned config_read(config *c, const char *path) {
+unsigned config_parse(config *c, const char *name, const char *text, size_t bytes) {
+  return parse(c, name, text, bytes, NULL);
+}
+
+unsigned config_read(config *c, const char *path, const char *state) {
   static char text[CONFIG_FILE_BYTES + 1];
   const int fd = open(path, O_RDONLY | O_CLOEXEC);
   if (fd < 0) {
@@ -332,5 +343,5 @@ unsigned config_read(config *c, const char *path) {
     say("%s: longer than %u bytes", path, CONFIG_FILE_BYTES);
     return 1;
   }
-  return config_parse(c, path, text, bytes);
+  return parse(c, path, text, bytes, state);
 }

@@ -61,10 +61,12 @@ typedef struct config {
   bool on_damage_restart, on_damage_silent;
 } config;
 
-/* Reads a file. Returns the number of errors, each told by say(); 0: *c is whole. */
-unsigned config_read(config *c, const char *path);
+/* Reads a file. state: of less than CONFIG_TEXT_BYTES characters, in place of the file's, which is
+ * then checked with it; NULL: the file's. Returns the number of errors, each told by say(); 0: *c
+ * is whole. */
+unsigned config_read(config *c, const char *path, const char *state);
 
-/* The same from text (not NUL-terminated); name stands for the file. */
+/* The same from text (not NUL-terminated) with its own state; name stands for the file. */
 unsigned config_parse(config *c, const char *name, const char *text, size_t bytes);
 
 #endif

@@ -127,16 +127,12 @@ int main(int argc, char **argv) {
   if (status >= 0)
     return status;
   config *c = &instance.config;
-  if (config_read(c, path) != 0)
-    return EXIT_DATA;
-  if (state != NULL) {
-    if (strlen(state) >= sizeof c->state || state[0] == '\0') {
-      say("--state: a name of 1 to %zu characters is needed", sizeof c->state - 1);
-      return EXIT_USAGE;
-    }
-    memset(c->state, 0, sizeof c->state);
-    memcpy(c->state, state, strlen(state));
+  if (state != NULL && (strlen(state) >= sizeof c->state || state[0] == '\0')) {
+    say("--state: a name of 1 to %zu characters is needed", sizeof c->state - 1);
+    return EXIT_USAGE;
   }
+  if (config_read(c, path, state) != 0)
+    return EXIT_DATA;
   if (check) {
     status = rimd_check(&instance);
     if (status == EXIT_FINE)

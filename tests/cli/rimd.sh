@@ -87,6 +87,20 @@ for name in "" "$(printf 'x%.0s' $(seq 300))"; do
 done
 "$BUILD/rimd" --state /nowhere/at/all good.conf > said 2>&1; check "the state of the command line is the one" 3 $?
 contains "the state of the command line: said" "$(cat said)" "^rimd: /nowhere/at/all.tmp: No such file"
+# What needs a state has it by the command line too, and instead of the file's.
+head -c 32 /dev/urandom | od -An -v -tx1 | tr -d ' \n' > a.key; chmod 600 a.key
+printf "image = toy.rim\n${lcm}key = a.key\n" > key.conf
+said=$("$BUILD/rimd" --check key.conf 2>&1); check "a key without a state" 3 $?
+contains "a key without a state: said" "$said" "^rimd: key.conf:3: key needs state"
+said=$("$BUILD/rimd" --check --state here.state key.conf 2>&1); status=$?
+case $said in *"without libsodium"*) echo "not here: rimd with libsodium"; skipped=$((skipped + 1)) ;; *) check "a key with --state" 0 $status ;; esac
+case $said in *"needs state"*) bad "a key with --state: $said" ;; *) ok ;; esac
+printf "image = toy.rim\n${lcm}state = /nowhere/at/all\n" > other.conf
+timeout 20 "$BUILD/rimd" --state /nowhere/else other.conf > said 2>&1; check "the command line's state before the file's" 3 $?
+contains "the command line's state before the file's: said" "$(cat said)" "^rimd: /nowhere/else.tmp: No such file"
+# What the service checks before it starts is what it starts.
+options() { sed -n "s/^$1=[^ ]*rimd //p" "$root/firmware/rimd/rimd.service.in"; }
+check "the service checks what it starts" "--check $(options ExecStart)" "$(options ExecStartPre)"
 printf "image = own.rim\n$lcm" > own.conf
 contains "predictions are told" "$("$BUILD/rimd" --check own.conf)" "with their predictions"
 # Without the rights that real time takes. (setpriv leaves root everything else.)

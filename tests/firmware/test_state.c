@@ -382,7 +382,7 @@ static void configurations(void **state) {
     if (config_parse(&c, "test", of[i].text, strlen(of[i].text)) != of[i].errors)
       wrong = (unsigned)i + 1;
   breaks.read = EIO;
-  const unsigned unread = config_read(&c, "/dev/null");
+  const unsigned unread = config_read(&c, "/dev/null", NULL);
   assert_true(dup2(before, STDERR_FILENO) >= 0);
   __real_close(null);
   __real_close(before);
