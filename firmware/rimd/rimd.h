@@ -40,6 +40,7 @@ typedef struct rimd {
   config config;
   const uint8_t *image;
   size_t image_bytes;
+  uint32_t image_sums[3]; /* of the image at the start: rimd_image_sums */
   rim_image view;
   rim_monitor *monitor;
   uint8_t *memory; /* the monitor's */
@@ -88,6 +89,10 @@ int rimd_finish(rimd *d);
 
 /* Says every counter that is not 0, as "name value": what was refused, lost or repaired. */
 void rimd_tell_counts(const rimd_kept *kept);
+
+/* What tells one image from another: the check sums of its head and body, and the model's id. head:
+ * its first RIM_IMAGE_HEADER_BYTES. */
+void rimd_image_sums(const uint8_t *head, uint32_t sums[3]);
 
 /* The monitor says that its memory is damaged: does what the configuration asks. */
 void rimd_damaged(rimd *d);

@@ -84,6 +84,7 @@ static int open_monitor(rimd *d) {
     say("%s: %s", path, rim_status_text(status));
     return EXIT_DATA;
   }
+  rimd_image_sums(d->image, d->image_sums);
   set_clock(d);
   d->features = rim_monitor_config(d->monitor, RIM_CONFIG_FEATURES);
   d->outcomes = rim_monitor_config(d->monitor, RIM_CONFIG_OUTCOMES);
