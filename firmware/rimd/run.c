@@ -16,6 +16,8 @@
 #define SECOND (1000 * MS)
 #define BATCH 64       /* datagrams or frames in a row, so that time is looked at in between */
 #define HELD_NS SECOND /* a record waits at most so long for the medium */
+#define LATE 64        /* an observation so many behind the newest was overtaken, or came twice */
+#define MOST_MISSING 100000    /* in succession: beyond, the source has begun again elsewhere */
 #define DESCRIBE_NS (100 * MS) /* between two answers to a command that asks for a description */
 
 static void count(uint32_t *counter) {
@@ -198,9 +200,14 @@ static void take_command(rimd *d, const rim_command *command, unsigned bits) {
   rimd_send_records(d);
 }
 
+/* A number that was missing stays counted when it comes late: counters never fall. A source that
+ * counts from elsewhere has begun again, and nobody knows what it has sent before. */
 static void note_sequence(rimd *d, uint32_t sequence) {
   const uint32_t missing = sequence - d->kept.source_next;
-  if (d->kept.has_source && missing < UINT32_C(0x80000000))
+  const uint32_t behind = d->kept.source_next - sequence;
+  if (d->kept.has_source && behind > 0 && behind <= LATE)
+    return;
+  if (d->kept.has_source && missing <= MOST_MISSING)
     add(&d->kept.counters.gaps, missing);
   d->kept.has_source = true;
   d->kept.source_next = sequence + 1;

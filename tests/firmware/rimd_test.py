@@ -155,6 +155,13 @@ resets = bus.after("clock_resets")
 play(bus, healthy[:60])
 check("the clock of a restarted source is believed", bus.until(lambda: bus.counters[-1]["clock_resets"] == resets + 1), bus.counters[-1])
 check("and its rows are used", bus.until(lambda: bus.counters[-1]["rows"] >= 5 + 60 - 25), bus.counters[-1])
+# Numbers of the source, in rows that are nothing else: one that was overtaken is missed once, and a source that
+# begins again elsewhere has lost nothing.
+first = bus.sequence
+for what, numbers, missing in (("overtaken", (1, 0, 2), 1), ("twice", (2, 2, 3), 0), ("far behind", (4 - 64, 4), 0), ("an outage", (100005, 100006), 100000),
+                               ("no outage", (200008, 200009), 0), ("elsewhere, ahead", (4000000, 4000002), 1), ("elsewhere, behind", (7, 9), 1),
+                               ("past the greatest", (-2000 - first, 1 - first), 2000)):
+    counted("numbers: " + what, "gaps", lambda: [bus.row(0, [math.nan] + values[1:], sequence=first + n) for n in numbers], missing)
 bus.listen(0.2)
 check("no alarm of all this", not raised(bus), bus.alarms)
 check("SIGINT", d.end(signal.SIGINT) == 0 and b"SIGINT" in d.said)
