@@ -31,8 +31,6 @@ static void note_down(socketcan *can) {
 }
 
 static void note_up(socketcan *can) {
-  if (can->is_down || can->is_bus_off)
-    can->came_back = true;
   can->is_down = can->is_bus_off = false;
 }
 

@@ -39,7 +39,6 @@ typedef struct socketcan {
   bool fd_wanted;  /* FD frames are asked for */
   bool fd_capable; /* and the interface takes them */
   bool is_down, is_bus_off;
-  bool came_back; /* since the flag was last cleared: send again what must not be missed */
   uint32_t overflow;
   size_t filters;
   socketcan_filter filter[SOCKETCAN_MAX_FILTERS];
@@ -49,7 +48,7 @@ typedef struct socketcan {
 typedef enum socketcan_sent {
   SOCKETCAN_SENT,
   SOCKETCAN_FULL,    /* try later */
-  SOCKETCAN_DOWN,    /* try after came_back */
+  SOCKETCAN_DOWN,    /* try later, with what is true by then */
   SOCKETCAN_REFUSED, /* never will: FD on a classic interface, or an error that is not foreseen */
 } socketcan_sent;
 
