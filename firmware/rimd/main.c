@@ -28,7 +28,8 @@ static const char usage[] =
     "  --check       read and check everything, open nothing, print sizes\n"
     "  --state FILE  the state that survives a restart (as `state` in CONFIG)\n"
     "  --version     print the version\n"
-    "Exit status: 0 stopped, 2 usage, 3 data, configuration or system.\n"
+    "Exit status: 0 stopped, 2 usage, 3 data, configuration or system, 4 memory is damaged and\n"
+    "on_damage = restart.\n"
     "Example:\n"
     "  printf 'image = lander.rim\\nlcm = udpm://239.255.76.67:7667?ttl=0\\n' > rimd.conf\n"
     "  rimd --state /var/lib/rimd/state rimd.conf\n";
@@ -148,8 +149,10 @@ int main(int argc, char **argv) {
   say("ready: model %u, %u values a row", instance.view.model_id, instance.values);
   rimd_run(&instance, &stopped);
   status = rimd_finish(&instance);
-  say("stopped by %s after %u observations and %u alarm records",
-      stopped == SIGINT ? "SIGINT" : "SIGTERM", instance.kept.counters.rows,
+  const char *why = instance.ending     ? "on_damage = restart"
+                    : stopped == SIGINT ? "SIGINT"
+                                        : "SIGTERM";
+  say("stopped by %s after %u observations and %u alarm records", why, instance.kept.counters.rows,
       rim_monitor_alarms(instance.monitor).records);
   rimd_tell_counts(&instance.kept);
   return status;

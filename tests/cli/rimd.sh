@@ -78,6 +78,7 @@ refuses "a damaged image" 3 "hurt.rim: .*check sum" "image = hurt.rim\n$lcm"
 "$BUILD/rimd" --wrong good.conf > said 2>&1; check "unknown option" 2 $?
 "$BUILD/rimd" good.conf good.conf > said 2>&1; check "two files" 2 $?
 "$BUILD/rimd" --help | grep -q '^Example'; check "help ends in an example" 0 $?
+contains "help names every exit status" "$("$BUILD/rimd" --help | tr '\n' ' ')" "Exit status: 0 stopped, 2 usage, 3 .*, 4 memory is damaged and on_damage = restart"
 check "-h is --help" "$("$BUILD/rimd" --help)" "$("$BUILD/rimd" -h)"
 contains "version" "$("$BUILD/rimd" --version)" "^rimd [0-9]*\.[0-9]*\.[0-9]*$"
 "$BUILD/rimd" good.conf --state > said 2>&1; check "an option without its argument" 2 $?

@@ -138,6 +138,8 @@ for what, rows, state_s in (("restart", 1, 3600), ("restart without a row", 0, 1
     f.hit_monitor(160)
     f.play(rows)
     check("%s: exit 4" % what, f.daemon.process.wait(20) == 4, f.daemon.hear())
+    f.daemon.hear()
+    check("%s: and says why" % what, b"stopped by on_damage = restart after" in f.daemon.said and b"SIGTERM" not in f.daemon.said, f.daemon.said)
     check("%s: the state file is left alone" % what, state_s == 1 or open("d.state", "rb").read() == kept)
     g = Damaged(more)
     check("%s: goes on" % what, b"going on at t" in g.daemon.said, g.daemon.said)
