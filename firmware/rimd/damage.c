@@ -59,6 +59,8 @@ static void rebuild(rimd *d) {
   if (!whole)
     whole = read_image_again(d) && repair(d);
   (void)rim_monitor_set_policy(d->monitor, &d->policy);
+  if (whole)
+    rimd_counts_began(d);
   say(whole ? "the monitor was built anew from the image; what was observed is lost"
             : "the image is damaged too, and its file is no help: nothing is known from now on");
 }

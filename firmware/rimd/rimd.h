@@ -24,6 +24,7 @@
 typedef struct rimd_kept {
   rim_clock_guard guard;
   rim_counters counters;
+  uint32_t stale_taken, gaps_taken; /* of the monitor's own counts: taken over so far */
   uint32_t health_sequence;
   uint32_t dropped;     /* records that did not go out whole before this start */
   uint32_t source_next; /* expected sequence number of the source */
@@ -97,8 +98,11 @@ void rimd_image_sums(const uint8_t *head, uint32_t sums[3]);
 /* The monitor says that its memory is damaged: does what the configuration asks. */
 void rimd_damaged(rimd *d);
 
-/* Takes over what the transports have counted since the last time. */
+/* Takes over what the transports and the monitor have counted since the last time. */
 void rimd_collect_counts(rimd *d);
+
+/* The monitor was restarted or built anew: whatever it has counted by now was taken over. */
+void rimd_counts_began(rimd *d);
 
 /* Sends the records that wait for the state to be written, all of them. */
 void rimd_release_records(rimd *d);

@@ -87,10 +87,36 @@ void rimd_send_records(rimd *d) {
     send_record(d, &record);
 }
 
+/* What the monitor has counted since the last time; one that counts from 0 again all of it. */
+static void take_over(uint32_t *total, uint32_t now, uint32_t *taken) {
+  add(total, now >= *taken ? now - *taken : now);
+  *taken = now;
+}
+
+/* Differences, so that what is published never falls where the monitor's own counts do. A damaged
+ * one's are nothing to go by. */
+static void collect_monitor(rimd *d) {
+  rimd_kept *k = &d->kept;
+  const rim_monitor_health monitor = rim_monitor_get_health(d->monitor);
+  if (monitor.damage != 0)
+    return;
+  take_over(&k->counters.stale, monitor.stale, &k->stale_taken);
+  uint32_t not_ours = 0; /* on LCM the source's numbers say what is missing */
+  take_over(d->config.input_can ? &k->counters.gaps : &not_ours, monitor.rows.gaps, &k->gaps_taken);
+}
+
+void rimd_counts_began(rimd *d) {
+  const rim_monitor_health monitor = rim_monitor_get_health(d->monitor);
+  d->kept.stale_taken = monitor.stale;
+  d->kept.gaps_taken = monitor.rows.gaps;
+}
+
 /* The source's clock went elsewhere: what was gathered belongs to another run. */
 static void begin_anew(rimd *d, double t_s) {
   count(&d->kept.counters.clock_resets);
+  collect_monitor(d);
   rim_monitor_restart(d->monitor, t_s);
+  rimd_counts_began(d);
   d->kept.row_s = t_s;
   rimd_send_records(d);
 }
@@ -389,10 +415,7 @@ void rimd_collect_counts(rimd *d) {
   collect_can(c, &d->can.counts, false);
   collect_can(c, &d->can_input.counts, true);
   collect(&c->can_unsent, &d->outbox.frames_unsent);
-  const rim_monitor_health monitor = rim_monitor_get_health(d->monitor);
-  c->stale = monitor.stale;
-  if (d->config.input_can)
-    c->gaps = monitor.rows.gaps;
+  collect_monitor(d);
 }
 
 static rim_health_message health_of(rimd *d, const rim_alarm_status *alarms) {
