@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Zephyr, PX4, F Prime and ROS 2: firmware/integration/X is compiled, by its own CMakeLists.txt, against declarations
-# that follow the framework's documented API (tests/firmware/frameworks); none is run. The Arduino library is
+# that follow the framework's documented API (tests/firmware/frameworks). None is run in its framework; that rows
+# which are all refused are a silence is tried with stand-ins for it (frameworks/run). The Arduino library is
 # put together, compiled and run on this machine. What its text files name exists. Skipped without cmake.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
@@ -21,6 +22,21 @@ if command -v cmake > /dev/null; then
   gcc -std=c11 -Werror=implicit-function-declaration -fsyntax-only -Iother -I"$root/lib/include" -I"$root/firmware/integration/watch" -DCONFIG_RIMWATCH_MAX_VALUES=4 \
     -DCONFIG_RIMWATCH_QUEUE=4 -DCONFIG_RIMWATCH_STACK_BYTES=64 -DCONFIG_RIMWATCH_MONITOR_BYTES=64 -DCONFIG_RIMWATCH_IDLE_MS=1 -DCONFIG_RIMWATCH_PRIORITY=1 \
     "$root/firmware/integration/zephyr/rim_zephyr.c" > said 2>&1; check "a missing declaration is an error" 1 $?
+  # A minute of rows that are refused, one each 50 ms: no integration may take them for news of the vehicle.
+  awk 'BEGIN {printf "t_s"; for (k = 0; k < 9; k++) printf ",x.f%d", k; print ",z.o,m.o,sd.o"
+    for (i = 0; i < 200; i++) {printf "%.2f", i / 20; for (k = 0; k < 10; k++) printf ",%.6f", sin(0.37 * (k + 1) * i); print ",0,1"}}' > twelve.csv
+  "$RIM" replay twelve.csv --calibration-runs 19 --save-model twelve.rim > /dev/null; check "an image of rows of twelve values" 0 $?
+  stubs=$root/tests/firmware/frameworks of=$root/firmware/integration
+  flags="-O1 -Wall -Wextra -Werror -Wno-unused-parameter -I$stubs/run -I$root/lib/include -I$of/watch"
+  sizes=$(awk '/^config RIMWATCH_/ {name = $2} /default [0-9]/ {print "-DCONFIG_" name "=" $2}' "$of/zephyr/Kconfig")
+  gcc -std=c11 $flags -c "$of/watch/rim_watch.c" -o zephyr/watch.o
+  gcc -std=c11 $flags $sizes -I"$stubs/zephyr" -I"$of/zephyr" "$stubs/run/zephyr.c" zephyr/watch.o "$BUILD/librim.a" -lm -o run_zephyr
+  g++ -std=c++17 $flags -I"$stubs/px4" -Ipx4/generated -I"$of/px4" "$stubs/run/px4.cpp" "$of/px4/RimWatch.cpp" zephyr/watch.o "$BUILD/librim.a" -o run_px4
+  g++ -std=c++17 $flags -I"$stubs/fprime" -I"$of/fprime" "$stubs/run/fprime.cpp" "$of/fprime/RimWatch.cpp" zephyr/watch.o "$BUILD/librim.a" -o run_fprime
+  g++ -std=c++17 $flags -I"$stubs/ros2" -I"$of/ros2/src" "$stubs/run/ros2.cpp" zephyr/watch.o "$BUILD/librim.a" -o run_ros2
+  for what in zephyr px4 fprime ros2; do
+    said=$(timeout 60 ./run_$what twelve.rim | tr '\n' ' '); contains "$what: rows that are all refused are a silence" "$said" "^level [01] level 3 $"
+  done
 else
   echo "not here: cmake"; skipped=$((skipped + 1))
 fi
