@@ -88,6 +88,33 @@ static void healthy_runs_with_gaps_teach_it(void **state) {
   }
 }
 
+/* Where all outcomes follow from a state that is not known any more, blocks are examined and say
+ * nothing. That is no health, however much was seen before; nor is it an alarm. */
+static void blocks_that_say_nothing_are_no_health(void **state) {
+  (void)state;
+  static const uint16_t none[O] = {NONE, NONE, NONE, NONE};
+  recipe r = rolled(none);
+  uint8_t *const weight = r.section[RIM_SECTION_BEHAVIOUR].byte + 16 + 4 * 4 * O;
+  for (size_t o = 0; o < O; ++o) /* ever so little, and yet nobody knows how much the tank holds */
+    put_f32(weight + 4 * (o * ROLLED_TERMS + 1 + Z_TANK), 1e-6);
+  for (uint32_t c = 0; c < CHANNELS; ++c)
+    put_noise_number(&r, c, RHO + 1, 1e6); /* what the rows do here is noise */
+  begin(&r);
+  take_rows(0, GAP_AT);
+  rim_verdict v = step(&b, RUN, GAP_AT * BLOCK, 0.0);
+  assert_true(v.level == RIM_LEVEL_OK && v.reason == RIM_REASON_NONE);
+  const uint32_t begins = (GAP_AT + GAP) * BLOCK;
+  for (uint32_t t = begins; t < ENDS * BLOCK; ++t) {
+    v = step(&b, RUN, t, 0.0);
+    const bool is_blind = (t + 1 - begins) / BLOCK >= RIM_MONITOR_LEAST_BLOCKS;
+    assert_int_equal(v.level, is_blind ? RIM_LEVEL_STALE : RIM_LEVEL_OK);
+    assert_int_equal(v.reason, is_blind ? RIM_REASON_TOO_FEW : RIM_REASON_NONE);
+  }
+  rim_monitor_restart(m, 0.0);
+  v = step(&b, RUN, ENDS * BLOCK, 0.0);
+  assert_int_equal(v.level, RIM_LEVEL_OK);
+}
+
 /* A step covers a short gap: nothing went on from a reading. */
 static void a_short_gap_is_no_new_beginning(void **state) {
   (void)state;
@@ -255,6 +282,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_state_is_known_where_noise_lasts),
       cmocka_unit_test(healthy_runs_with_gaps_teach_it),
+      cmocka_unit_test(blocks_that_say_nothing_are_no_health),
       cmocka_unit_test(a_short_gap_is_no_new_beginning),
       cmocka_unit_test(commands_are_known_sooner_where_noise_lasts),
       cmocka_unit_test(channels_that_are_not_watched_have_no_partly_known_blocks),

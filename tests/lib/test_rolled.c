@@ -167,6 +167,56 @@ static void missing_rows_add_variance(void **unused) {
   assert_true(fabs(variance[1] - 2.0 * both) < 1e-6 * both);
 }
 
+/* Two runs under the same commands that begin apart come together as far as the states forget, and
+ * are never farther apart than is said. The temperature forgets as fast as it settles, whatever the
+ * speed does; the speed forgets by its drag, of either sign, but for what the temperature adds. */
+static void an_error_is_forgotten_as_states_forget(void **unused) {
+  (void)unused;
+  enum { BLOCKS = 400 };
+  const bytes b = section();
+  rim_basis v;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  for (int sign = -1; sign <= 1; sign += 2) {
+    double part[RATES], other_part[RATES], u[INPUTS];
+    double z[STATES] = {1.0, 2.0 * sign}, other[STATES] = {1.01, 2.0 * sign + 0.02};
+    double variance[STATES] = {0.01 * 0.01, 0.02 * 0.02}, kept[STATES] = {1.0, 1.0};
+    input_at(0.5 * BLOCK_S, u);
+    rimi_rolled_begin(&v, u, BLOCK_S, z, part);
+    rimi_rolled_begin(&v, u, BLOCK_S, other, other_part);
+    for (uint32_t n = 1; n <= BLOCKS; ++n) {
+      input_at((n + 0.5) * BLOCK_S, u);
+      rimi_rolled_step(&v, u, 0.5, BLOCK_S, BLOCK_S, z, part);
+      rimi_rolled_step(&v, u, 0.5, BLOCK_S, BLOCK_S, other, other_part);
+      rimi_rolled_forget(&v, part, z, BLOCK_S, variance, kept);
+      for (size_t s = 0; s < STATES; ++s)
+        assert_true(fabs(other[s] - z[s]) < 1.02 * sqrt(variance[s]));
+      const double left = exp(-(double)n * BLOCK_S / TAU_S);
+      assert_true(fabs(kept[0] - left) < 0.03 * left);
+      assert_true(fabs(sqrt(variance[0]) - 0.01 * kept[0]) < 1e-9);
+    }
+    assert_true(kept[1] < 1e-3 && kept[1] > 0.0);
+    assert_true(sqrt(variance[1]) < 0.002 && sqrt(variance[1]) > 0.02 * kept[1]);
+  }
+}
+
+/* What only adds up is never forgotten, and what grows is no more than not known. */
+static void a_sum_forgets_nothing(void **unused) {
+  (void)unused;
+  bytes b = section();
+  for (size_t q = 0; q < RATES; ++q)
+    put_f32(b.byte + WEIGHT_AT + 4 * q, q == 3 ? 4.0 : 0.0); /* the drag pushes */
+  rim_basis v;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  double part[RATES] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+  double z[STATES] = {1.0, 3.0}, variance[STATES] = {4.0, 1.0}, kept[STATES] = {0.5, 0.5};
+  rimi_rolled_forget(&v, part, z, 0.25, variance, kept);
+  assert_true(variance[0] == 4.0 && kept[0] == 0.5);
+  assert_true(variance[1] == 49.0 && kept[1] == 1.0); /* 2 weight z, a quarter of a second */
+  for (int n = 0; n < 1000; ++n)
+    rimi_rolled_forget(&v, part, z, 0.25, variance, kept);
+  assert_true(variance[1] == 1e100 && kept[1] == 1.0);
+}
+
 /* As many states as there may be: each decays by itself, from another height, and of the two kinds
  * of factors either names each of them. */
 static void every_state_may_be_a_factor(void **unused) {
@@ -457,6 +507,8 @@ int main(void) {
                                      cmocka_unit_test(a_long_step_is_two),
                                      cmocka_unit_test(a_longer_block_counts_for_more),
                                      cmocka_unit_test(missing_rows_add_variance),
+                                     cmocka_unit_test(an_error_is_forgotten_as_states_forget),
+                                     cmocka_unit_test(a_sum_forgets_nothing),
                                      cmocka_unit_test(every_state_may_be_a_factor),
                                      cmocka_unit_test(states_resume_after_a_gap),
                                      cmocka_unit_test(gaps_and_limits_hold),
