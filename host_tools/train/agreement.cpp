@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "image/image_writer.hpp"
+#include "stats/single.hpp"
 #include "train/behaviour.hpp"
 #include "train/integral.hpp"
 #include "util/parallel_for.hpp"
@@ -357,7 +358,12 @@ public:
   }
 
 private:
-  double leave(const Regression &of, const Fit &fit);
+  struct Few {
+    Eigen::VectorXd weight;
+    double intercept;
+  };
+  Few few_in_image(const Eigen::VectorXd &w) const;
+  double leave(const Regression &of, const Fit &fit, const std::vector<double> &off);
   // Whether what remains_ says is better by kMustWin; a fit within runs, which leaves what runs
   // differ by, also has no larger error by as much: the effects of runs would swallow a fault.
   bool wins(Across across, double of_behaviour) const {
@@ -390,12 +396,14 @@ void Choice::try_residuals() {
   take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
 }
 
-// remains_: what a fit to the readings leaves. Returns its error over behaviour's.
-double Choice::leave(const Regression &of, const Fit &fit) {
+// remains_: what a fit to the readings leaves, whose intercepts in an image are off by `off`, of
+// each fold. Returns its error over behaviour's.
+double Choice::leave(const Regression &of, const Fit &fit, const std::vector<double> &off) {
   double left = 0.0, own = 0.0;
   for (std::size_t r = 0; r < remains_.size(); ++r) {
     const Eigen::VectorXd &w = fit.weight[from_.runs.fold(r)];
     remains_[r] = left_over(of.rows(r), j_, w) * from_.levels.sd[j_];
+    remains_[r].array() -= off[from_.runs.fold(r)];
     if (r >= from_.runs.size())
       continue;
     left += remains_[r].squaredNorm();
@@ -404,17 +412,30 @@ double Choice::leave(const Regression &of, const Fit &fit) {
   return std::sqrt(left / std::max(own, 1e-300));
 }
 
+// Weights of the readings in their units, as an image holds them, and the intercept they need.
+Choice::Few Choice::few_in_image(const Eigen::VectorXd &w) const {
+  const double sd = from_.levels.sd[j_];
+  Few in_units{w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array(), 0.0};
+  in_units.weight = in_units.weight.cast<float>().cast<double>().eval();
+  in_units.intercept = from_.levels.mean[j_] + sd * w[w.size() - 1] -
+                       in_units.weight.dot(from_.levels.mean);
+  return in_units;
+}
+
 void Choice::try_few(Across across) {
   const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_, across);
   if (others.empty())
     return;
   const Fit fit = plain_fit(from_.few, others, j_, across);
-  const double sd = from_.levels.sd[j_], of_behaviour = leave(from_.few, fit);
+  const Few in_image = few_in_image(fit.weight[kFolds]);
+  std::vector<double> off;
+  for (const Eigen::VectorXd &w : fit.weight)
+    off.push_back(rounding(few_in_image(w).intercept));
+  const double of_behaviour = leave(from_.few, fit, off);
   if (!wins(across, of_behaviour))
     return;
-  const Eigen::VectorXd &w = fit.weight[kFolds];
-  few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
-  intercept = from_.levels.mean[j_] + sd * w[w.size() - 1] - few.dot(from_.levels.mean);
+  few = in_image.weight;
+  intercept = in_image.intercept;
   take(AGREEMENT_FEW, of_behaviour);
 }
 
@@ -428,7 +449,10 @@ void Choice::try_quadratic(Across across, Fit fit) {
       return;
     show_offset_in_full(from_.products, own, mean, sd, g, &w);
   }
-  const double of_behaviour = leave(from_.quadratic, fit);
+  std::vector<double> off;
+  for (const Eigen::VectorXd &w : fit.weight)
+    off.push_back(rounding(mean + sd * w[0]));
+  const double of_behaviour = leave(from_.quadratic, fit, off);
   for (std::size_t r = 0; r < remains_.size(); ++r)
     drop_first(from_.runs[r], &remains_[r]);
   if (!wins(across, of_behaviour))

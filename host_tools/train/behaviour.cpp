@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "stats/single.hpp"
 #include "train/choose_models.hpp"
 #include "train/fitter.hpp"
 #include "train/leave_out.hpp"
@@ -49,7 +50,7 @@ void learn(std::size_t runs, const MatrixOf &matrix, std::vector<double> *center
   }
   for (std::size_t i = 0; i < sum.size(); ++i) {
     const double mean = center_of(sum[i], n);
-    (*center)[i] = static_cast<double>(static_cast<float>(mean));
+    (*center)[i] = single(mean);
     (*inverse)[i] = inverse_of(squares[i], mean, n);
   }
 }
@@ -120,7 +121,8 @@ RunPrediction predict_run(const Fitter &fitter, const std::vector<FoldModels> &m
 }
 
 // Predictions without the intercepts, per run; fills the intercepts: so that the mean error of the
-// runs is zero, since terms have mean zero over all runs, not over a fold.
+// runs is zero, since terms have mean zero over all runs, not over a fold. They are as an image
+// holds them: the noise of healthy runs has in it what that is off by.
 std::vector<Matrix> predict_runs(const Fitter &fitter, std::vector<FoldModels> *models) {
   const RunStore &runs = fitter.runs();
   std::vector<Matrix> by_weights(runs.all());
@@ -140,8 +142,9 @@ std::vector<Matrix> predict_runs(const Fitter &fitter, std::vector<FoldModels> *
   for (std::size_t t = 0; t < models->size(); ++t) {
     FoldModels &m = (*models)[t];
     for (std::size_t f = 0; f <= kFolds; ++f)
-      m.intercept.push_back(fitter.mean()[m.column] +
-                            sum(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(f)) / n[f]);
+      m.intercept.push_back(
+          single(fitter.mean()[m.column] +
+                 sum(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(f)) / n[f]));
   }
   return by_weights;
 }
@@ -173,7 +176,7 @@ void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<
     n += static_cast<double>(y.size());
   }
   model.weight = of_folds.weight[kFolds];
-  model.intercept = static_cast<double>(static_cast<float>(of_folds.intercept[kFolds]));
+  model.intercept = of_folds.intercept[kFolds];
   model.error = std::sqrt(squares / n);
   model.r2 = spread > 0.0 ? 1.0 - squares / spread : 0.0;
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "image/nominal.h"
+#include "stats/single.hpp"
 #include "train/fit_gate.hpp"
 #include "train/fit_gram.hpp"
 #include "util/error.hpp"
@@ -33,7 +34,6 @@ struct Fitted {
   Eigen::VectorXd mse;
 };
 
-double to_single(double v) { return static_cast<double>(static_cast<float>(v)); }
 
 Gram sum_of(const std::vector<Gram> &grams) {
   Gram sum = grams.front();
@@ -272,7 +272,7 @@ double overall_error(const Eigen::VectorXd &mse) {
 }
 
 void set_bandwidth(NominalModel &model, const Eigen::VectorXd &radius, double scale) {
-  model.bandwidth = (scale * radius).unaryExpr(&to_single);
+  model.bandwidth = (scale * radius).unaryExpr(&single);
 }
 
 // Rows to place prototypes by: k-means alone spends them on the phases that last longest, and the
@@ -392,7 +392,7 @@ void fill_maps(const Fitted &fit, const RidgeShape &shape, NominalModel &model) 
     model.maps.emplace_back(maps.rightCols(shape.inputs));
     const auto at = static_cast<Eigen::Index>(p);
     // An empty prototype still needs a reach above zero.
-    model.reach[at] = to_single(std::max(std::sqrt(fit.reach_squared[at]), model.bandwidth[at]));
+    model.reach[at] = single(std::max(std::sqrt(fit.reach_squared[at]), model.bandwidth[at]));
   }
 }
 
@@ -437,7 +437,7 @@ FitResult fit_nominal(const Matrix &x, const Matrix &y, const std::vector<std::u
   NominalModel blank;
   blank.gate_weight = Eigen::VectorXd::Ones(x.cols());
   for (std::size_t i = 0; i < options.gate_weight.size(); ++i) {
-    blank.gate_weight[static_cast<Eigen::Index>(i)] = to_single(options.gate_weight[i]);
+    blank.gate_weight[static_cast<Eigen::Index>(i)] = single(options.gate_weight[i]);
   }
   standardise_inputs(x, blank);
   data.xs = standardised(blank, x);

@@ -6,12 +6,12 @@
 #include <random>
 
 #include "stats/robust.hpp"
+#include "stats/single.hpp"
 #include "util/error.hpp"
 
 namespace rim {
 namespace {
 
-double to_single(double v) { return static_cast<double>(static_cast<float>(v)); }
 
 // Squared gate distances of all rows to one centre.
 Eigen::VectorXd distances(const Matrix &xs, const Eigen::RowVectorXd &centre,
@@ -167,8 +167,8 @@ void standardise_inputs(const Matrix &x, NominalModel &model) {
   for (Eigen::Index i = 0; i < x.cols(); ++i) {
     const double sd = std::sqrt((x.col(i).array() - mean[i]).square().sum() / n);
     const bool constant = !(sd > 1e-12 * (1.0 + std::abs(mean[i])));
-    model.centre[i] = to_single(mean[i]);
-    model.inverse_scale[i] = constant ? 1.0 : to_single(1.0 / sd);
+    model.centre[i] = single(mean[i]);
+    model.inverse_scale[i] = constant ? 1.0 : single(1.0 / sd);
   }
 }
 
@@ -203,7 +203,7 @@ Eigen::VectorXd place_prototypes(const Matrix &sample, std::uint32_t count, std:
   std::mt19937_64 random(seed);
   Matrix centres = plus_plus(sample, gate_weight, count, random);
   lloyd(sample, gate_weight, centres);
-  model.prototypes = centres.unaryExpr(&to_single);
+  model.prototypes = centres.unaryExpr(&single);
   model.ln_mass = Eigen::VectorXd::Zero(count);
   model.reach = Eigen::VectorXd::Zero(count);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "image/image_writer.hpp"
+#include "stats/single.hpp"
 
 extern "C" {
 #include "image/quadratic.h"
@@ -21,8 +22,6 @@ constexpr Eigen::Index kMostTerms = 600, kBlocksPerTerm = 4;
 Eigen::Index terms_of(Eigen::Index inputs, Eigen::Index paired) {
   return 1 + 2 * inputs + paired * (paired + 1) / 2;
 }
-
-double single(double x) { return static_cast<double>(static_cast<float>(x)); }
 
 } // namespace
 

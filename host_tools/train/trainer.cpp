@@ -52,6 +52,29 @@ std::vector<Matrix> all_residuals(const RunStore &runs, const Behaviour &behavio
   return all;
 }
 
+// A sensor may read the same in all of a healthy run and another value in the next: a tyre's
+// pressure, an ambient temperature. Its first readings predict it without any error, of which no
+// noise can be learnt. A hundredth of what runs differ by is the least that is seen of it then.
+void settle_exact(NoiseModel *noise, const std::vector<SearchRun> &seen,
+                  const std::vector<std::size_t> &which, std::size_t outcomes) {
+  constexpr double exact = 1e-6, least = 0.01; // of what runs differ by
+  for (std::size_t o = 0; o < outcomes; ++o) {
+    double low = 1e300, high = -1e300;
+    for (const std::size_t r : which) {
+      const auto x = seen[r].blocks->outcome.col(static_cast<Eigen::Index>(o));
+      low = std::min(low, x.minCoeff());
+      high = std::max(high, x.maxCoeff());
+    }
+    for (ChannelNoise *c : {&noise->channels[o], &noise->channels[outcomes + o]}) {
+      if (!(high > low) || (c->active && c->s >= exact * (high - low)))
+        continue;
+      c->active = true;
+      c->s = least * (high - low);
+      c->combination.resize(0, c->combination.cols());
+    }
+  }
+}
+
 // A share of repeats is a count of few readings: its noise is never below that of one of ten. And a
 // constant share (none) is not evidence of its own.
 void settle_repeats(NoiseModel *noise, std::size_t outcomes) {
@@ -345,6 +368,7 @@ NoiseModel noise_without(const HealthyRuns &healthy, const Learnt &l,
   }
   const std::size_t outcomes = healthy.plan.layout.outcomes();
   NoiseModel noise = fit_noise(l.basis, seen, which, block_s(healthy.plan));
+  settle_exact(&noise, seen, which, outcomes);
   settle_repeats(&noise, outcomes);
   settle_agreement(&noise, l.agreement, outcomes);
   settle_steps(&noise, l.agreement, outcomes);
