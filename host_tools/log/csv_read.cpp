@@ -203,10 +203,9 @@ void CsvReader::plan_mapped() {
     add_column(map.name, map.unit,
                {field, map.scale, map.offset, map.words.empty() ? nullptr : &map.words}, role);
   }
-  for (const auto &rule : schema_->keep) {
+  // A column that rows are chosen by is not used up by that: its prefix still says its role.
+  for (const auto &rule : schema_->keep)
     filters_.push_back({&rule, file_column(rule.column, " (a [[keep]] of the schema)")});
-    used_[filters_.back().field] = true;
-  }
 }
 
 // Columns whose own name carries a role, unless the schema already made one of that name.

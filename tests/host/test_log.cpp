@@ -205,6 +205,18 @@ void a_schema_maps_scales_and_filters(void **) {
   assert_refused(write("g.csv", "MS;PHASE\n1;fly\n"), {"column 'ALT': missing"}, &schema);
 }
 
+// The prefix of a column says its role, also where a [[keep]] chooses rows by it.
+void a_filter_takes_rows_and_no_column(void **) {
+  const auto schema = rim::read_schema(
+      write("k.toml", "schema='rim-schema/1'\n[[keep]]\ncolumn='u.duty_pct'\nmin=15\n"));
+  const auto log =
+      read(write("k.csv", "t_s,u.duty_pct,s.a\n0,20,1\n1,10,2\n2,30,3\n"), nullptr, &schema);
+  assert_int_equal(log.columns.size(), 2);
+  assert_string_equal(log.columns[0].name.c_str(), "u.duty_pct");
+  assert_int_equal(log.rows_filtered, 1);
+  assert_true(log.values(0, 0) == 20.0 && log.values(1, 0) == 30.0);
+}
+
 void a_rate_is_derived_from_the_past(void **) {
   const auto schema = rim::read_schema(write(
       "d.toml", "schema='rim-schema/1'\n[[column]]\nfrom='h'\nname='s.h_m'\n"
@@ -338,6 +350,7 @@ int main() {
       cmocka_unit_test(bad_files_are_refused),
       cmocka_unit_test(time_must_run_forwards),
       cmocka_unit_test(a_schema_maps_scales_and_filters),
+      cmocka_unit_test(a_filter_takes_rows_and_no_column),
       cmocka_unit_test(a_rate_is_derived_from_the_past),
       cmocka_unit_test(rows_are_put_on_a_grid_but_not_into_gaps),
       cmocka_unit_test(a_wrong_schema_is_refused_with_its_line),
