@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/describe.hpp"
+#include "rim/image.h"
 #include "util/error.hpp"
 
 namespace rim::cli {
@@ -25,8 +28,23 @@ Check is_member(std::vector<std::string> words) {
   return {Check::Kind::member, 0.0, 0.0, std::move(words)};
 }
 Check existing_file() { return {Check::Kind::existing_file, 0.0, 0.0, {}}; }
+Check new_or_image() { return {Check::Kind::new_or_image, 0.0, 0.0, {}}; }
 
 namespace {
+
+namespace fs = std::filesystem;
+
+std::string refuse_other_file(const std::string &path) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored) || fs::file_size(path, ignored) == 0)
+    return "";
+  char begin[8] = {};
+  std::ifstream(path).read(begin, sizeof begin);
+  const std::string magic(begin, sizeof begin);
+  return magic == RIM_IMAGE_MAGIC || magic == "RIMPART1" // of train/part_file.cpp
+             ? ""
+             : path + " is there already and is no flight image: it is not written over";
+}
 
 CLI::Validator validator(const Check &check) {
   switch (check.kind) {
@@ -42,6 +60,8 @@ CLI::Validator validator(const Check &check) {
     return CLI::NonNegativeNumber;
   case Check::Kind::member:
     return CLI::IsMember(check.words);
+  case Check::Kind::new_or_image:
+    return {[](std::string &path) { return refuse_other_file(path); }, ""};
   case Check::Kind::existing_file:
     break;
   }
@@ -88,18 +108,68 @@ Description description_of(const CLI::App &app) {
   return out;
 }
 
+// By any path to it, also a link. Devices and pipes are written as often as one likes.
+bool is_same_file(const std::string &a, const std::string &b) {
+  std::error_code error;
+  const fs::file_status status = fs::status(a, error);
+  return (fs::is_regular_file(status) || fs::is_directory(status)) && fs::equivalent(a, b, error);
+}
+
+// What is not there yet has no identity but its path.
+bool will_be_same_file(const std::string &a, const std::string &b) {
+  std::error_code error;
+  if (fs::exists(a, error) || fs::exists(b, error))
+    return is_same_file(a, b);
+  const fs::path one = fs::weakly_canonical(fs::absolute(a), error);
+  return !error && one == fs::weakly_canonical(fs::absolute(b), error) && !error;
+}
+
+template <class Same>
+void refuse_same(const CLI::Option *written, const CLI::Option *other, Same same, const char *why) {
+  for (const std::string &out : written->results())
+    for (const std::string &name : other->results())
+      if (same(out, name))
+        throw UsageError(written->get_name() + " " + out + " and " + other->get_name() + " " +
+                         name + " name the same file: " + why);
+}
+
+// Before anything is written: an output would replace what is read, or another output.
+void check_files(const NamedFiles &files) {
+  for (std::size_t i = 0; i < files.written.size(); ++i) {
+    for (const CLI::Option *read : files.read)
+      refuse_same(files.written[i], read, is_same_file, "what is read is not written over");
+    for (std::size_t k = 0; k < i; ++k)
+      refuse_same(files.written[k], files.written[i], will_be_same_file,
+                  "it can hold only one of them");
+  }
+}
+
 } // namespace
 
-Option Option::required() { return Option(option_->required()); }
-Option Option::check(const Check &check) { return Option(option_->check(validator(check))); }
-Option Option::type_name(const std::string &name) { return Option(option_->type_name(name)); }
-Option Option::delimiter(char between) { return Option(option_->delimiter(between)); }
-Option Option::expected(int values) { return Option(option_->expected(values)); }
-Option Option::repeated() {
-  return Option(option_->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll));
+Option Option::required() { return Option(option_->required(), files_); }
+Option Option::check(const Check &check) {
+  return Option(option_->check(validator(check)), files_);
 }
-Option Option::excludes(const Option &other) { return Option(option_->excludes(other.option_)); }
-Option Option::needs(const Option &other) { return Option(option_->needs(other.option_)); }
+Option Option::type_name(const std::string &name) {
+  return Option(option_->type_name(name), files_);
+}
+Option Option::delimiter(char between) { return Option(option_->delimiter(between), files_); }
+Option Option::expected(int values) { return Option(option_->expected(values), files_); }
+Option Option::repeated() {
+  return Option(option_->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll), files_);
+}
+Option Option::excludes(const Option &other) {
+  return Option(option_->excludes(other.option_), files_);
+}
+Option Option::needs(const Option &other) { return Option(option_->needs(other.option_), files_); }
+Option Option::reads() {
+  files_->read.push_back(option_);
+  return *this;
+}
+Option Option::writes() {
+  files_->written.push_back(option_);
+  return *this;
+}
 std::size_t Option::count() const { return option_->count(); }
 
 Arguments::Arguments(const std::string &description, const std::string &name)
@@ -109,7 +179,7 @@ Arguments::~Arguments() = default;
 
 template <class T>
 Option Arguments::add_option(const std::string &name, T &value, const std::string &help) {
-  return Option(app_->add_option(name, value, help));
+  return Option(app_->add_option(name, value, help), &files_);
 }
 template Option Arguments::add_option(const std::string &, std::string &, const std::string &);
 template Option Arguments::add_option(const std::string &, double &, const std::string &);
@@ -124,7 +194,7 @@ template Option Arguments::add_option(const std::string &, std::vector<std::size
                                       const std::string &);
 
 Option Arguments::add_flag(const std::string &name, bool &value, const std::string &help) {
-  return Option(app_->add_flag(name, value, help));
+  return Option(app_->add_flag(name, value, help), &files_);
 }
 
 std::size_t Arguments::count(const std::string &name) const { return app_->count(name); }
@@ -156,6 +226,7 @@ bool Arguments::parse(int argc, char **argv) {
   };
   try {
     app_->parse(argc, argv);
+    check_files(files_);
     return true;
   } catch (const CLI::ParseError &e) {
     const bool left_over = e.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||

@@ -31,7 +31,8 @@ struct Check {
     positive,
     not_negative,
     member,
-    existing_file
+    existing_file,
+    new_or_image
   } kind;
   double least = 0.0, most = 0.0;
   std::vector<std::string> words;
@@ -49,11 +50,19 @@ template <class Value> Check is_member(const std::map<std::string, Value> &by_wo
   return is_member(std::move(words));
 }
 Check existing_file();
+// A flight image or a part of one may be written over, any other file not: `--out *.csv` would
+// otherwise replace the first of the logs.
+Check new_or_image();
+
+// The files that a command line names.
+struct NamedFiles {
+  std::vector<const CLI::Option *> read, written;
+};
 
 // One option. Each call returns the option, so that calls chain.
 class Option {
 public:
-  explicit Option(CLI::Option *option) : option_(option) {}
+  Option(CLI::Option *option, NamedFiles *files) : option_(option), files_(files) {}
   Option *operator->() { return this; }
   const Option *operator->() const { return this; }
 
@@ -65,10 +74,15 @@ public:
   Option repeated(); // one value each time it is given, all are kept
   Option excludes(const Option &other);
   Option needs(const Option &other);
+  // Its values name files, or folders, that the command reads or writes. Arguments::parse() refuses
+  // a file that would be written and is named a second time.
+  Option reads();
+  Option writes();
   std::size_t count() const; // values given
 
 private:
   CLI::Option *option_;
+  NamedFiles *files_;
 };
 
 class Arguments {
@@ -99,6 +113,7 @@ private:
   explicit Arguments(CLI::App *subcommand);
   std::unique_ptr<CLI::App> own_;
   CLI::App *app_;
+  NamedFiles files_;
   std::vector<std::unique_ptr<Arguments>> subcommands_;
 };
 

@@ -33,14 +33,20 @@ int cmd_can_table(int argc, char **argv) {
   std::string dbc, map, model, out;
   rim::cli::Arguments app{"Compile a table of CAN signals from a DBC into a flight image.",
                           "rim can-table"};
-  app.add_option("--dbc", dbc, "description of the bus")->required()->type_name("FILE.dbc");
-  app.add_option("--map", map, "map from signals to values")->type_name("FILE.toml");
+  app.add_option("--dbc", dbc, "description of the bus")
+      ->required()
+      ->type_name("FILE.dbc")
+      ->reads();
+  app.add_option("--map", map, "map from signals to values")->type_name("FILE.toml")->reads();
   app.add_option("--model", model, "flight image written by rim train")
       ->required()
-      ->type_name("FILE.rim");
+      ->type_name("FILE.rim")
+      ->reads();
   app.add_option("--out", out, "where to write the image with the table")
       ->required()
-      ->type_name("FILE.rim");
+      ->type_name("FILE.rim")
+      ->check(rim::cli::new_or_image())
+      ->writes();
   app.footer(kFooter);
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;

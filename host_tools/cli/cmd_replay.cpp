@@ -46,59 +46,72 @@ const char *const kFooter =
 
 void declare_outputs(rim::cli::Arguments &app, rim::OutputPaths &out) {
   app.add_option("--alarms", out.alarms, "write the alarm records, one JSON object per line")
-      ->type_name("FILE.jsonl");
+      ->type_name("FILE.jsonl")
+      ->writes();
   app.add_option(
          "--labels", out.labels,
          "write log,row,t_s,finding for every row: the number of the finding (1, 2, ...) whose\n"
          "deviation was in it, 0 for none")
-      ->type_name("FILE.csv");
+      ->type_name("FILE.csv")
+      ->writes();
   app.add_option("--lcm", out.lcm_url, "publish alarms and health over LCM")->type_name("URL");
   app.add_option("--can", out.can, "send alarms on a CAN interface, with the replay flag")
       ->type_name("IFACE");
   app.add_option("--candump", out.candump,
                  "write the CAN frames of the alarms as `candump -L` text")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->writes();
   app.add_option("--node", out.node, "CAN node number (default 1)")
       ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE));
   app.add_flag("--can-fd", out.can_fd, "CAN FD: the detail is one frame of 64 bytes, not segments");
   app.add_option("--trace", out.trace, "write t_s,ln_anom,threshold,score,level,log for every row")
-      ->type_name("FILE.csv");
+      ->type_name("FILE.csv")
+      ->writes();
   app.add_option("--report", out.report,
                  "write a page that shows, for every alarm, measured against expected, where and\n"
                  "since when; its charts can be zoomed where dygraphs is installed (Debian:\n"
                  "libjs-dygraphs)")
-      ->type_name("FILE.html");
+      ->type_name("FILE.html")
+      ->writes();
   app.add_option(
          "--mcap", out.mcap,
          "write verdicts and alarms as MCAP, for Foxglove and PlotJuggler (needs Python's mcap)")
-      ->type_name("FILE.mcap");
+      ->type_name("FILE.mcap")
+      ->writes();
   app.add_option("--plot", out.plot,
                  "draw ln anom, the log likelihood ratio of the best region, and its "
                  "threshold\n(needs gnuplot)")
-      ->type_name("FILE.svg|png");
+      ->type_name("FILE.svg|png")
+      ->writes();
 }
 
 void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("LOG", o.logs, "logs to replay; each is a run of its own")
       ->required()
-      ->type_name("");
+      ->type_name("")
+      ->reads();
   app.add_option("--model", o.model,
                  "flight image written by rim train; not needed for logs with z. and m. columns")
-      ->type_name("FILE.rim");
+      ->type_name("FILE.rim")
+      ->reads();
   app.add_option("--save-model", o.save_model,
                  "write a flight image: without --model the one made from the predictions in the\n"
                  "logs, with --extension the one that contains its corrections")
-      ->type_name("FILE.rim");
+      ->type_name("FILE.rim")
+      ->check(rim::cli::new_or_image())
+      ->writes();
   app.add_option(
          "--extension", o.extensions,
          "add the terms that rim diagnose found to the predictions; may be repeated. With a\n"
          "trained model only constant shifts are used, which correct what it predicts from\n"
          "the commands")
       ->type_name("FILE.toml")
-      ->repeated();
+      ->repeated()
+      ->reads();
   declare_outputs(app, o.outputs);
   app.add_option("--schema", o.schema, "roles, units and rates of logs with other column names")
-      ->type_name("FILE.toml");
+      ->type_name("FILE.toml")
+      ->reads();
   app.add_flag("--fail-on-alarm", o.fail_on_alarm, "exit with status 1 when something was found");
   app.add_flag("--skip-bad-time", o.skip_bad_time,
                "skip and count rows whose time repeats or runs backwards, instead of stopping");

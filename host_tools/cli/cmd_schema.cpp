@@ -42,9 +42,12 @@ int cmd_schema(int argc, char **argv) {
   std::string out;
   rim::ReaderOptions reader;
   rim::cli::Arguments app{"Propose a schema for logs with foreign column names.", "rim schema"};
-  app.add_option("LOG", logs, "logs of the same columns, of any format that rim reads")->required();
+  app.add_option("LOG", logs, "logs of the same columns, of any format that rim reads")
+      ->required()
+      ->reads();
   app.add_option("--out", out, "write the schema there (default: standard output)")
-      ->type_name("FILE.toml");
+      ->type_name("FILE.toml")
+      ->writes();
   app.add_option("--dbc", reader.dbc, "for candump logs: the DBC that describes their frames")
       ->type_name("FILE.dbc");
   app.add_option("--packets", reader.packets,

@@ -51,13 +51,28 @@ const char *const kFooter =
     "      --effect 10_radar_high --truth truth.csv\n"
     "  rim simulate golf --out golf --runs 1 --seed 7 --dims 10";
 
+void declare_golf(rim::cli::Arguments &app, Options &o) {
+  app.add_option("--variant", o.variant, "golf: continuous (default) or binary")
+      ->check(rim::cli::is_member({"continuous", "binary"}));
+  app.add_option("--anomalous", o.golf.anomalous,
+                 "golf: end a run after this many shots from behind the bump (default 30)")
+      ->check(rim::cli::range(1, 1000000));
+  app.add_flag("--better", o.golf.better,
+               "golf: the bump improves shots by as much as it would make them worse");
+  app.add_flag("--no-bump", o.no_bump, "golf: leave the bump out; a run ends after --shots");
+  app.add_option("--shots", o.golf.shots,
+                 "golf: shots per run with --no-bump (default 1000), else the most shots per run")
+      ->check(rim::cli::range(1, 10000000));
+}
+
 void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("WORLD", o.world, "lander, golf, cobot, keepaway, goalie or freekick")
       ->required()
       ->check(rim::cli::is_member({"lander", "golf", "cobot", "keepaway", "goalie", "freekick"}));
   app.add_option("--out", o.out, "folder for the logs, made if missing: DIR/run_0001.csv ...")
       ->required()
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->writes();
   app.add_option("--runs", o.runs, "number of runs (default 1)")
       ->check(rim::cli::range(1, 1000000));
   app.add_option("--first", o.first, "number of the first run (default 1)")
@@ -66,14 +81,17 @@ void declare(rim::cli::Arguments &app, Options &o) {
       ->check(rim::cli::non_negative_number());
   app.add_option("--effect", o.effects, "hide an effect (lander, cobot); may be repeated")
       ->type_name("FILE.toml")
-      ->repeated();
+      ->repeated()
+      ->reads();
   app.add_option("--extension", o.extensions,
                  "add the terms that rim diagnose found to the predictions in the logs (golf:\n"
                  "m.reward, sd.reward); may be repeated")
       ->type_name("FILE.toml")
-      ->repeated();
+      ->repeated()
+      ->reads();
   app.add_option("--params", o.params, "parameters that replace those in data/WORLD.toml")
-      ->type_name("FILE.toml");
+      ->type_name("FILE.toml")
+      ->reads();
   app.add_option("--rows", o.rows,
                  "end every log after this many rows (default: whole runs; keepaway: 300 passes)")
       ->check(rim::cli::non_negative_number());
@@ -81,30 +99,22 @@ void declare(rim::cli::Arguments &app, Options &o) {
          "--truth", o.truth,
          "write the rows on which an effect acts (CSV log,row,t_s,finding) into one file, or\n"
          "one file per log into a folder")
-      ->type_name("FILE|DIR");
+      ->type_name("FILE|DIR")
+      ->writes();
   app.add_option("--labels", o.labels,
                  "cobot: write the times of interference (CSV log,start_s,end_s,kind)")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->writes();
   app.add_flag("--encoders", o.encoders,
                "cobot: log wheel counters instead of velocities and their predictions");
   app.add_option("--dims", o.golf.dims,
                  "dimensions of the context; golf: default 2, cobot: 7 (default), 15, 30, 100")
       ->check(rim::cli::range(2, 999));
-  app.add_option("--variant", o.variant, "golf: continuous (default) or binary")
-      ->check(rim::cli::is_member({"continuous", "binary"}));
-  app.add_option("--anomalous", o.golf.anomalous,
-                 "golf: end a run after this many shots from behind the bump (default 30)")
-      ->check(rim::cli::range(1, 1000000));
-  app.add_flag("--better", o.golf.better,
-               "golf: the bump improves shots by as much as it would make them worse");
   app.add_option("--goalie", o.goalie,
                  "goalie: nominal, region (default), obstructed or overshoot (thesis 5.3.2)");
   app.add_option("--defence", o.defence,
                  "freekick: time (default), angle or combined (thesis B.4.1)");
-  app.add_flag("--no-bump", o.no_bump, "golf: leave the bump out; a run ends after --shots");
-  app.add_option("--shots", o.golf.shots,
-                 "golf: shots per run with --no-bump (default 1000), else the most shots per run")
-      ->check(rim::cli::range(1, 10000000));
+  declare_golf(app, o);
   app.footer(kFooter);
 }
 

@@ -53,10 +53,16 @@ const char *const kFooter =
 
 void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("LOG", o.logs, "logs of healthy runs, at least 3; with --merge part files")
-      ->required();
-  app.add_option("--out", o.out, "the flight image")->required()->type_name("MODEL.rim");
+      ->required()
+      ->reads();
+  app.add_option("--out", o.out, "the flight image")
+      ->required()
+      ->type_name("MODEL.rim")
+      ->check(rim::cli::new_or_image())
+      ->writes();
   app.add_option("--schema", o.schema, "roles, units and rates of foreign logs")
-      ->type_name("FILE.toml");
+      ->type_name("FILE.toml")
+      ->reads();
   app.add_flag("--flight", o.train.calibration.flight,
                "make an image that searches less per row and needs less memory, for "
                "small\nprocessors (make size shows how much)");
@@ -74,16 +80,19 @@ void declare(rim::cli::Arguments &app, Options &o) {
                  "interference (log,start_s,end_s,kind); a log without any is a control run. The\n"
                  "logs need the column u.vx_mps, and s.vx_mps or z.vx_mps, or the counters\n"
                  "s.enc1_ticks to s.enc4_ticks with --robot")
-      ->type_name("LABELS.csv");
+      ->type_name("LABELS.csv")
+      ->reads();
   app.add_option("--robot", o.robot,
                  "with --interference and encoder counters: the wheels, base_radius_m and tick_m\n"
                  "in [cobot] as in data/cobot.toml, which describes the simulated robot")
       ->type_name("FILE.toml")
-      ->check(rim::cli::existing_file());
+      ->check(rim::cli::existing_file())
+      ->reads();
   app.add_option("--model", o.model,
                  "with --interference: flight image to add the detector to. The result is written\n"
                  "to --out. Its rows need u.vx_mps, and s.vx_mps or z.vx_mps")
-      ->type_name("MODEL.rim");
+      ->type_name("MODEL.rim")
+      ->reads();
   app.add_option("--shard", o.shard,
                  "make only the blocks of the runs I, I + N, I + 2 N, ... of the logs, and write\n"
                  "them to --out, a part file. Name all the logs: every shard reads all of them")

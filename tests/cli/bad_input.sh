@@ -71,6 +71,30 @@ contains "--skip-bad-time counts" "$out" "rows: 599 used, 1 skipped"
 sed '200,230d' log.csv > gap.csv
 contains "a gap is counted" "$("$RIM" replay --model toy.rim gap.csv)" "1 gap"
 
+# Outputs that would replace what is read, another output, or a log that `*.csv` put behind --out: nothing is touched.
+cp log.csv in.csv; ln in.csv hard.csv; ln -s in.csv soft.csv; cp toy.rim mine.rim
+before=$(cksum in.csv mine.rim)
+same() { # same WHAT PATTERN COMMAND...: exit 2, both are named, the inputs stay
+  local what=$1 pattern=$2 err; shift 2
+  err=$("$RIM" "$@" 2>&1 >/dev/null); check "$what: exit status" 2 $?
+  contains "$what" "$err" "$pattern"
+  check "$what: the inputs stay" "$before" "$(cksum in.csv mine.rim)"
+  cp log.csv in.csv; cp toy.rim mine.rim
+}
+for option in --alarms --labels --trace --candump --report; do
+  same "$option over the log" "$option in.csv and LOG in.csv name the same file" replay --model mine.rim in.csv $option in.csv
+done
+same "by another path" "--alarms ./in.csv and LOG in.csv name" replay --model mine.rim in.csv --alarms ./in.csv
+same "by a link" "--alarms soft.csv and LOG in.csv name" replay --model mine.rim in.csv --alarms soft.csv
+same "by a second name" "--alarms hard.csv and LOG in.csv name" replay --model mine.rim in.csv --alarms hard.csv
+same "over the model" "--labels mine.rim and --model mine.rim name" replay --model mine.rim in.csv --labels mine.rim
+same "two outputs" "--alarms o.txt and --labels ./o.txt name the same file" replay --model mine.rim in.csv --alarms o.txt --labels ./o.txt
+same "a table over its model" "--out mine.rim and --model mine.rim name" can-table --dbc in.csv --model mine.rim --out mine.rim
+same "an image over a log" "--out: in.csv is there already and is no flight image" train --quick --out in.csv run*.csv
+same "a table over the DBC" "--out: in.csv is there already and is no flight image" can-table --dbc in.csv --model mine.rim --out in.csv
+[ ! -e o.txt ]; check "two outputs: nothing written" 0 $?
+"$RIM" replay --model mine.rim in.csv --alarms /dev/null --labels /dev/null > /dev/null; check "two outputs into a device" 0 $?
+
 # Disks.
 for option in --alarms --labels --trace --candump; do
   err=$("$RIM" replay --model toy.rim log.csv $option /dev/full 2>&1 >/dev/null); check "$option on a full disk" 3 $?
