@@ -33,7 +33,10 @@ struct Options {
 
 const char *const kFooter =
     "The last line is 'digest HEX', a hash of every verdict: two replays with equal digests gave\n"
-    "the same verdicts to the last bit. Alarms carry the replay flag.\n\n"
+    "the same verdicts to the last bit. Alarms carry the replay flag.\n"
+    "Exit status 3, also when a log in which nothing was found is STALE: rows come at another\n"
+    "rate, are too few, or fail to come for a time. Otherwise 1 with --fail-on-alarm when\n"
+    "something was found, and 0.\n\n"
     "Example: one faulty landing; its alarms go to a file and over LCM\n"
     "  rim replay --model lander.rim faulty/run_0101.csv --alarms alarms.jsonl \\\n"
     "      --plot alarms.svg --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
@@ -229,6 +232,31 @@ rim::ReadOptions read_options(const Options &o, const rim::Replayer *replayer) {
   return options;
 }
 
+// What the logs together came to.
+struct Tally {
+  bool found = false, other_rate = false;
+  std::size_t logs = 0, stale = 0;
+
+  void add(const rim::ReplayedLog &log) {
+    const bool found_here = log.raised > 0 || log.interference.raised > 0;
+    found = found || found_here;
+    other_rate = other_rate || rim::is_at_another_rate(log);
+    stale += rim::is_stale(log) && !found_here ? 1 : 0;
+    ++logs;
+  }
+  // A log that nobody judged must not look like a good one.
+  int status(bool fail_on_alarm) const {
+    if (stale > 0)
+      std::fprintf(stderr,
+                   "rim: %zu of %zu logs STALE, for the reasons given: what nobody judged is not "
+                   "healthy%s\n",
+                   stale, logs,
+                   other_rate ? " (for rows at another rate a schema with resample_hz may help)"
+                              : "");
+    return stale > 0 ? rim::EXIT_DATA : found && fail_on_alarm ? rim::EXIT_FOUND : rim::EXIT_FINE;
+  }
+};
+
 int cmd_replay(int argc, char **argv) {
   Options o;
   rim::cli::Arguments app{"Run the onboard monitor over logs, as it would have run in flight.",
@@ -259,7 +287,7 @@ int cmd_replay(int argc, char **argv) {
   options.label = !o.outputs.labels.empty() || !o.outputs.report.empty();
   if (schema && schema->resample_hz > 0.0)
     options.hold_s = 1.5 / schema->resample_hz;
-  bool found = false, blind = false;
+  Tally tally;
   std::optional<rim::Progress> progress; // on a terminal the results themselves show it
   if (::isatty(STDOUT_FILENO) == 0)
     progress.emplace("replay", o.logs.size());
@@ -273,8 +301,7 @@ int cmd_replay(int argc, char **argv) {
     const rim::ReplayedLog result = replayer.replay(
         log, options, [&](std::size_t, const rim_verdict &verdict) { outputs.verdict(verdict); });
     outputs.end(result);
-    blind = blind || rim::is_at_another_rate(result);
-    found = found || result.raised > 0 || result.interference.raised > 0;
+    tally.add(result);
     std::fputs(rim::replay_text(result, replayer.names()).c_str(), stdout);
     if (progress)
       progress->add();
@@ -282,13 +309,7 @@ int cmd_replay(int argc, char **argv) {
   progress.reset();
   outputs.commit();
   std::printf("digest %016llx\n", static_cast<unsigned long long>(replayer.digest()));
-  if (blind) {
-    std::fprintf(stderr,
-                 "rim: a log has rows at another rate than the model: nothing can be said of "
-                 "it (a schema with resample_hz may help)\n");
-    return rim::EXIT_DATA;
-  }
-  return found && o.fail_on_alarm ? rim::EXIT_FOUND : rim::EXIT_FINE;
+  return tally.status(o.fail_on_alarm);
 }
 
 } // namespace

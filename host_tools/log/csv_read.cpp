@@ -399,11 +399,13 @@ void CsvReader::read_rows() {
                        (at_ > text_.size() ? " (is the file cut off?)" : ""));
     if (!kept()) {
       log_.rows_filtered++;
+      log_.filtered.push_back(log_.rows_in_file);
       continue;
     }
     double t_s = 0.0;
-    if (!parse_row(t_s, log_.values.row(static_cast<Eigen::Index>(rows)).data()) ||
-        !time_moves_on(t_s)) {
+    const bool whole = parse_row(t_s, log_.values.row(static_cast<Eigen::Index>(rows)).data());
+    note_time(&log_, t_s);
+    if (!whole || !time_moves_on(t_s)) {
       log_.rows_skipped++;
       continue;
     }

@@ -4,6 +4,7 @@
 #include "util/error.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -75,6 +76,9 @@ void derive_columns(Log &log, const Matrix &sources, const Schema &schema) {
   for (std::size_t r = 0; r < log.t_s.size(); ++r)
     if (log.values.row(static_cast<Eigen::Index>(r)).allFinite())
       whole.push_back(r);
+    else
+      log.filtered.push_back(log.row[r]);
+  std::sort(log.filtered.begin(), log.filtered.end());
   log.rows_filtered += static_cast<std::uint32_t>(log.t_s.size() - whole.size());
   if (whole.empty())
     throw DataError(log.path + ": shorter than the window of a derived column");

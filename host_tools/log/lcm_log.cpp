@@ -72,10 +72,11 @@ void LcmLogReader::take(const LcmEvent &event) {
   if (sample.count != names_.size())
     return skip(std::to_string(sample.count) + " values where " + std::to_string(names_.size()) +
                 " are named");
+  const double t_s = static_cast<double>(sample.t_us) / 1e6;
+  note_time(&log_, t_s);
   for (std::uint32_t i = 0; i < sample.count; ++i)
     if (!std::isfinite(sample.value[i]))
       return skip("column '" + names_[i] + "': not finite");
-  const double t_s = static_cast<double>(sample.t_us) / 1e6;
   if (!log_.t_s.empty() && t_s <= log_.t_s.back()) {
     const std::string reason = t_s < log_.t_s.back() ? "time runs backwards" : "time repeats";
     if (!skip_bad_time_)

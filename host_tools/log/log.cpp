@@ -2,6 +2,7 @@
 #include "log/log.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "image/names.h"
 
@@ -85,6 +86,13 @@ std::string plain_name(const std::string &name) {
     bare.erase(bare.rfind('_'));
   std::replace(bare.begin(), bare.end(), '_', ' ');
   return bare;
+}
+
+void note_time(Log *log, double t_s) {
+  if (!std::isfinite(t_s))
+    return;
+  log->first_s = std::fmin(log->first_s, t_s); // the number, where the other is none
+  log->last_s = std::fmax(log->last_s, t_s);
 }
 
 int find_column(const Log &log, const std::string &name) {

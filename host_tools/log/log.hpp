@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,8 +36,11 @@ struct Log {
   Matrix values;                  // rows x columns.size(), all finite
   std::vector<std::uint32_t> row; // data row in the file, from 1
   std::uint32_t rows_in_file = 0;
-  std::uint32_t rows_skipped = 0;    // a value missing or not finite, or a bad time where tolerated
-  std::uint32_t rows_filtered = 0;   // left out on purpose by the schema
+  std::uint32_t rows_skipped = 0;  // a value missing or not finite, or a bad time where tolerated
+  std::uint32_t rows_filtered = 0; // left out on purpose by the schema
+  std::vector<std::uint32_t> filtered; // those rows, as `row`, where the reader knows them
+  // First and last time of the rows that the file holds, used or skipped; NaN: those of t_s.
+  double first_s = std::numeric_limits<double>::quiet_NaN(), last_s = first_s;
   std::vector<std::string> comments; // written and read as '# ...' lines before the header
 };
 
@@ -77,6 +81,9 @@ std::string suffix_of_unit(const std::string &unit);
 bool role_of_name(const std::string &name, Role &role);
 // "s.altitude_m" with its prefix and unit suffix taken off, in words: "altitude".
 std::string plain_name(const std::string &name);
+
+// Of every row that is read, skipped or not: the vehicle runs on while a sensor is silent.
+void note_time(Log *log, double t_s);
 
 // Index into columns; -1 when there is none.
 int find_column(const Log &log, const std::string &name);

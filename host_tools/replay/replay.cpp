@@ -53,6 +53,34 @@ Matrix pick(const Log &log, const std::vector<int> &columns) {
   return out;
 }
 
+// The times without a usable row that are longer than `limit_s`. Rows that the schema leaves out on
+// purpose are no silence: where most of those in between are such, the log itself goes on.
+std::vector<Silence> silences_of(const Log &log, double limit_s) {
+  std::vector<Silence> found;
+  if (log.t_s.empty() || !(limit_s > 0.0))
+    return found;
+  const auto filtered_before = [&log](std::uint32_t row) {
+    const auto &rows = log.filtered;
+    return std::lower_bound(rows.begin(), rows.end(), row) - rows.begin();
+  };
+  Silence now{std::isnan(log.first_s) ? log.t_s.front() : log.first_s, 0.0};
+  std::uint32_t row = 0;
+  const auto until = [&](double t_s, std::uint32_t next_row) {
+    now.to_s = t_s;
+    const std::uint32_t between = next_row > row ? next_row - row - 1 : 0;
+    const auto left_out = filtered_before(next_row) - filtered_before(row + 1);
+    if (t_s - now.from_s > limit_s && (between == 0 || 2 * left_out < between))
+      found.push_back(now);
+    now.from_s = t_s;
+    row = next_row;
+  };
+  for (std::size_t i = 0; i < log.t_s.size(); ++i)
+    until(log.t_s[i], i < log.row.size() ? log.row[i] : row + 1); // made in memory: without
+  if (log.last_s > log.t_s.back())
+    until(log.last_s, log.rows_in_file + 1);
+  return found;
+}
+
 // What the monitor is offered, row by row.
 ExternalRows rows_for(const Log &log, const Layout &layout) {
   if (layout.external) {
@@ -77,6 +105,14 @@ rim_observation observation_of(const ExternalRows &rows, Eigen::Index t, bool ha
     row.sd = rows.sd.row(t).data();
   }
   return row;
+}
+
+rim_verdict step(rim_monitor *monitor, const rim_observation &row) {
+  rim_verdict verdict;
+  const rim_status status = rim_monitor_step(monitor, &row, &verdict);
+  if (status != RIM_OK)
+    throw std::logic_error(std::string("rim_monitor_step: ") + rim_status_text(status));
+  return verdict;
 }
 
 // The score that the last `persistence` blocks all reached: what an alarm is raised by.
@@ -118,7 +154,6 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   std::uint32_t blocks = 0;
   Eigen::Index block_end = 0; // the row after the last block's
   Examined examined;
-  const std::uint32_t regions = rim_monitor_config(monitor, RIM_CONFIG_REGION_FEATURES);
   UnitCheck units(layout_.outcomes());
   HeldScore held(rim_monitor_config(monitor, RIM_CONFIG_PERSISTENCE));
   const auto tell = [&](rim_alarm record) {
@@ -134,22 +169,22 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     for (rim_alarm record; rim_monitor_next_record(monitor, &record);)
       tell(record);
   };
+  const auto idle = [&](double now_s) { // the board's clock goes on without rows
+    (void)rim_monitor_idle(monitor, now_s);
+    tell_waiting();
+  };
+  idle(log.first_s);
   for (Eigen::Index t = 0; t < rows.context.rows(); ++t) {
     const rim_observation row = observation_of(rows, t, layout_.external);
-    (void)rim_monitor_idle(monitor, row.t_s);
-    tell_waiting();
-    rim_verdict verdict;
-    const rim_status status = rim_monitor_step(monitor, &row, &verdict);
-    if (status != RIM_OK)
-      throw std::logic_error(std::string("rim_monitor_step: ") + rim_status_text(status));
+    idle(row.t_s);
+    const rim_verdict verdict = step(monitor, row);
     digest_ = rim_verdict_digest(digest_, &verdict);
     if (verdict.blocks != blocks) { // alarms are decided where a block ends
       result.score = std::max(result.score, held.add(verdict.score));
       add_block(rows.context, block_end, t + 1, &units);
       block_end = t + 1;
-      const std::uint8_t *place = rimi_monitor_place(monitor);
-      if (options.label && place != nullptr)
-        examined.blocks.push_back({{place, place + regions}, t + 1});
+      if (options.label)
+        note_place(t + 1, &examined);
     }
     blocks = verdict.blocks;
     if (Ended now{}; rim_monitor_ended(monitor, &now.first, &now.end) != examined.ended.size())
@@ -162,6 +197,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     if (watch)
       watch(static_cast<std::size_t>(t), verdict);
   }
+  idle(log.last_s);
   result.blocks = blocks;
   result.units = units.found(names_);
   finish(log, rows.context, options, examined, &result);
@@ -184,6 +220,14 @@ void Replayer::add_block(const Matrix &context, Eigen::Index from, Eigen::Index 
     measured[o] = context.col(feature).segment(end - n, n).mean();
   }
   units->add(measured, measured - Eigen::Map<const Eigen::VectorXd>(residuals, outcomes));
+}
+
+// Where in the space of regions the block lies that ends before row `end`.
+void Replayer::note_place(Eigen::Index end, Examined *examined) const {
+  const std::uint8_t *place = rimi_monitor_place(monitor_.get());
+  if (place != nullptr)
+    examined->blocks.push_back(
+        {{place, place + rim_monitor_config(monitor_.get(), RIM_CONFIG_REGION_FEATURES)}, end});
 }
 
 // Whether what is said of the alarm now is of what raised it. A new record may change that for all
@@ -260,6 +304,8 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->rows = static_cast<std::uint32_t>(context.rows());
   result->begin_s = log.t_s.empty() ? 0.0 : log.t_s.front();
   result->duration_s = log.t_s.empty() ? 0.0 : log.t_s.back() - log.t_s.front();
+  result->recorded_s = std::isnan(log.first_s) ? result->duration_s : log.last_s - log.first_s;
+  result->silences = silences_of(log, 1e-3 * rim_monitor_config(monitor, RIM_CONFIG_STALE_MS));
   result->health = rim_monitor_get_health(monitor);
   result->image_period_s = 1e-6 * rim_monitor_config(monitor, RIM_CONFIG_PERIOD_US);
   result->alarms = rim_monitor_alarms(monitor);
@@ -356,7 +402,34 @@ std::string interference_text(const ReplayedLog &log, const Names &names) {
   return text + "\n";
 }
 
+std::string silence_text(const ReplayedLog &log) {
+  const Silence *longest = &log.silences.front();
+  double all_s = 0.0;
+  for (const Silence &s : log.silences) {
+    all_s += s.to_s - s.from_s;
+    if (s.to_s - s.from_s > longest->to_s - longest->from_s)
+      longest = &s;
+  }
+  const std::string when =
+      fmt::format("from t = {:.2f} s to t = {:.2f} s", longest->from_s, longest->to_s);
+  const std::string share = fmt::format("{:.3g} s of {:.3g} s", all_s, log.recorded_s);
+  return log.silences.size() == 1
+             ? fmt::format("STALE: no usable row {} ({}): nothing can be said of that time", when,
+                           share)
+             : fmt::format("STALE: no usable row in {} times of {} in all, the longest {}: nothing "
+                           "can be said of them",
+                           log.silences.size(), share, when);
+}
+
+bool has_too_few_blocks(const ReplayedLog &log) {
+  return log.image_period_s > 0.0 && log.blocks < RIM_MONITOR_LEAST_BLOCKS + log.health.partly;
+}
+
 } // namespace
+
+bool is_stale(const ReplayedLog &log) {
+  return is_at_another_rate(log) || has_too_few_blocks(log) || !log.silences.empty();
+}
 
 bool is_at_another_rate(const ReplayedLog &log) {
   const rim_row_health &rows = log.health.rows;
@@ -384,6 +457,8 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
         text.empty() ? "" : "\n  ", q.words, u.more == 0.0 ? times : more, u.looks_like, q.unit,
         q.name);
   }
+  if (!log.silences.empty() && !is_at_another_rate(log))
+    text += (text.empty() ? "" : "\n  ") + silence_text(log);
   if (is_at_another_rate(log))
     text += fmt::format("{}STALE: rows come at {:.4g} Hz, the model wants {:.4g} Hz: {} of {} rows "
                         "were not examined",
@@ -392,7 +467,7 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
   else if (log.image_period_s > 0.0 && log.blocks < RIM_MONITOR_LEAST_BLOCKS)
     text += fmt::format("{}STALE: {} examined, too few to say anything", text.empty() ? "" : "\n  ",
                         count_text(log.blocks, "block was", "blocks were"));
-  else if (log.image_period_s > 0.0 && log.blocks < RIM_MONITOR_LEAST_BLOCKS + h.partly)
+  else if (has_too_few_blocks(log))
     text += fmt::format("{}STALE: {} examined in full, too few to say that it is healthy",
                         text.empty() ? "" : "\n  ",
                         count_text(log.blocks - h.partly, "block was", "blocks were"));

@@ -27,12 +27,19 @@ struct Found {
   void add(const rim_alarm &record);
 };
 
+// A time without a row that the monitor could use; on board it is STALE.
+struct Silence {
+  double from_s = 0.0, to_s = 0.0; // the last row before it, or the log's begin; and the next
+};
+
 // What one log came to: by the regions, and beside them.
 struct ReplayedLog : Found {
   std::string path;
   std::uint32_t rows_in_file = 0, rows_skipped = 0, rows_filtered = 0; // by the reader
   std::uint32_t rows = 0;                                              // offered to the monitor
   double begin_s = 0.0, duration_s = 0.0;                              // of its rows
+  std::vector<Silence> silences; // longer than the image allows, in order
+  double recorded_s = 0.0;       // from the first row of the file to the last, used or skipped
   rim_monitor_health health{};
   std::uint32_t blocks = 0;          // examined
   double image_period_s = 0.0;       // rows as the image wants them
@@ -92,6 +99,7 @@ private:
   };
   void add_block(const Matrix &context, Eigen::Index from, Eigen::Index end,
                  UnitCheck *units) const;
+  void note_place(Eigen::Index end, Examined *examined) const;
   void note_explanation(const ReplayedLog &log, Examined *examined) const;
   std::vector<bool> inside(const std::vector<Block> &blocks) const; // by the newest explanation
   void finish(const Log &log, const Matrix &context, const ReplayOptions &options,
@@ -121,8 +129,12 @@ ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
 // Whether most rows came at another rate than the image's: nothing was examined.
 bool is_at_another_rate(const ReplayedLog &log);
 
+// Whether the run, or a part of it, was judged by nobody: another rate, too few rows, a silence.
+// doubt() says which.
+bool is_stale(const ReplayedLog &log);
+
 // What keeps silence from being health, in sentences: a value out of the trained range, another
-// unit, another rate, too few rows. Empty: nothing does.
+// unit, another rate, too few rows, a time without any. Empty: nothing does.
 std::string doubt(const ReplayedLog &log, const Names &names);
 
 // What a person reads: a sentence, then the counts.

@@ -71,6 +71,41 @@ contains "--can: said" "$err" "nocan0: .*\(no CAN\|no such interface\).*--candum
 err=$("$RIM" replay healthy.csv 2>&1 >/dev/null); check "no model, no predictions" 3 $?
 contains "no model: what to do" "$err" "needs a model"
 
+# What nobody judged is not healthy: STALE says from when to when, in the summary and by the status, as rim check does.
+stale() { # stale WHAT LOG PATTERN
+  local option
+  for option in "" --fail-on-alarm; do
+    out=$("$RIM" replay --model toy.rim "$2" $option 2> err.txt); check "$1 $option: status" 3 $?
+    contains "$1 $option" "$out" "$3"
+    contains "$1 $option: on stderr" "$(cat err.txt)" "1 of 1 logs STALE"
+  done
+  check "$1: not healthy" 0 "$(printf '%s\n' "$out" | grep -c ': healthy')"
+  out=$("$RIM" check --model toy.rim "$2" 2> /dev/null); check "$1: status of rim check" 3 $?
+  contains "$1: rim check" "$out" "$3"
+}
+silent() { awk -F, -v OFS=, -v from="$1" -v to="$2" 'NR > 1 && NR - 1 > from && NR - 1 <= to {$5 = ""} {print}' healthy.csv; }
+silent 300 1200 > dead.csv; silent 200 1100 > hole.csv; silent 0 400 > late.csv
+stale "a sensor that dies" dead.csv "^dead.csv: STALE: no usable row from t = 14.95 s to t = 59.95 s (45 s of 60 s)"
+stale "a sensor silent for a time" hole.csv "^hole.csv: STALE: no usable row from t = 9.95 s to t = 55.00 s"
+stale "a sensor that begins late" late.csv "^late.csv: STALE: no usable row from t = 0.00 s to t = 20.00 s"
+awk 'NR == 1 || NR <= 400 || NR > 460' healthy.csv > gap.csv
+stale "rows that fail to come" gap.csv "^gap.csv: STALE: no usable row from t = 19.90 s to t = 22.95 s"
+head -2 healthy.csv > one.csv; awk 'NR == 1 || NR % 10 == 2' healthy.csv > slow.csv
+stale "a single row" one.csv "^one.csv: STALE: 0 blocks were examined, too few"
+stale "another rate" slow.csv "^slow.csv: STALE: rows come at 2.00[0-9]* Hz"
+"$RIM" replay --model toy.rim dead.csv --candump dead.can > /dev/null 2>&1
+check "the record that the board sends" 1 "$(grep -c ' 181#' dead.can)"
+out=$("$RIM" replay --model toy.rim healthy.csv dead.csv biased.csv 2>&1); check "one of several" 3 $?
+contains "one of several: how many" "$out" "1 of 3 logs STALE"
+# Found is judged, whatever came later; and what a schema leaves out on purpose is no silence.
+awk -F, -v OFS=, 'NR > 901 {$5 = ""} {print}' biased.csv > ended.csv
+out=$("$RIM" replay --model toy.rim ended.csv --fail-on-alarm 2> /dev/null); check "found, then silent" 1 $?
+contains "found, then silent: both" "$(printf '%s\n' "$out" | tr '\n' ' ')" "FOUND at .*STALE: no usable row"
+printf 'schema = "rim-schema/1"\n[[keep]]\ncolumn = "u.push"\nmin = 0\n' > half.toml
+out=$("$RIM" replay --model toy.rim healthy.csv --schema half.toml 2> /dev/null)
+contains "left out on purpose" "$out" "left out by the schema"
+check "left out on purpose: no silence" 0 "$(printf '%s\n' "$out" | grep -c 'no usable row')"
+
 # Columns are found by name: another order and one more column change nothing.
 awk -F, -v OFS=, '{print $1, $5, $2, $4, $3, (NR == 1 ? "s.extra" : 1)}' biased.csv > turned.csv
 err=$("$RIM" replay --model toy.rim turned.csv 2>&1 >/dev/null)

@@ -127,6 +127,7 @@ void incomplete_rows_are_skipped_counted_and_named(void **) {
   assert_int_equal(log.values.rows(), 2);
   assert_int_equal(log.row[1], 8);
   assert_contains(warnings, "6 of 8 rows skipped");
+  assert_true(log.first_s == 0.0 && log.last_s == 6.0); // of skipped rows as well
   assert_contains(warnings, "row 2: column 's.a': 'nan'");
 }
 
@@ -315,6 +316,7 @@ void an_lcm_log_survives_damage(void **) {
   // Lost: 3, 7, 19; refused: 9 (or lost), 12, 14.
   assert_int_equal(log.t_s.size(), 14);
   assert_true(log.rows_skipped >= 2 && log.rows_skipped <= 3);
+  assert_true(log.first_s == log.t_s.front() && log.last_s >= log.t_s.back());
   assert_contains(warnings, "damaged in");
   for (std::size_t r = 0; r < log.t_s.size(); ++r) {
     const double i = log.t_s[r] * 10.0;
