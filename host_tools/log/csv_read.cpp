@@ -206,6 +206,8 @@ void CsvReader::plan_mapped() {
   // A column that rows are chosen by is not used up by that: its prefix still says its role.
   for (const auto &rule : schema_->keep)
     filters_.push_back({&rule, file_column(rule.column, " (a [[keep]] of the schema)")});
+  for (const std::string &name : schema_->leave_out)
+    used_[file_column(name, " (a leave_out of the schema)")] = true;
 }
 
 // Columns whose own name carries a role, unless the schema already made one of that name.

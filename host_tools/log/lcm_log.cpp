@@ -156,9 +156,10 @@ void refuse_unused(const std::string &path, const Schema *schema) {
   if (schema == nullptr)
     return;
   const ColumnMap time = Schema().time;
-  const char *unused = !schema->columns.empty()  ? "[[column]]"
-                       : !schema->keep.empty()   ? "[[keep]]"
-                       : !schema->derive.empty() ? "[[derive]]"
+  const char *unused = !schema->columns.empty()     ? "[[column]]"
+                       : !schema->keep.empty()      ? "[[keep]]"
+                       : !schema->derive.empty()    ? "[[derive]]"
+                       : !schema->leave_out.empty() ? "leave_out"
                        : schema->time.from != time.from || schema->time.scale != time.scale ||
                                schema->time.offset != time.offset
                            ? "[time]"

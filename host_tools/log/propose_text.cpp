@@ -57,6 +57,19 @@ std::string reader_text(const ReaderOptions &r) {
   return text.empty() ? text : "\n[reader]   # paths are beside this file\n" + text;
 }
 
+// Columns that are left out although a reader would take them by their names.
+std::vector<std::string> named_and_left_out(const Proposal &p) {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < p.columns.size(); ++c) {
+    const ColumnGuess &g = p.columns[c];
+    Role role = Role::context;
+    if (g.name.empty() && g.guess != Guess::native && static_cast<int>(c) != p.time &&
+        static_cast<int>(c) != p.date && role_of_name(g.from, role))
+      names.push_back(g.from);
+  }
+  return names;
+}
+
 std::string head_text(const Proposal &p) {
   std::string text =
       "# Proposed by `rim schema` from " +
@@ -74,6 +87,8 @@ std::string head_text(const Proposal &p) {
     text += "units_line = true   # the line below the header holds units\n";
   if (!p.missing.empty())
     text += "missing = [" + list_of(p.missing) + "]   # GUESS: in place of a number: no value\n";
+  if (const std::vector<std::string> names = named_and_left_out(p); !names.empty())
+    text += "leave_out = [" + list_of(names) + "]   # why: below\n";
   return text + reader_text(p.reader);
 }
 

@@ -134,8 +134,8 @@ void SchemaReader::read_friction(const toml::table &table) {
 
 void SchemaReader::read_top(const toml::table &root) {
   check_keys(schema_.path, root, "",
-             {"schema", "delimiter", "decimal", "missing", "units_line", "resample_hz", "resample",
-              "max_gap_s", "observation", "reader", "time", "column", "keep", "derive",
+             {"schema", "delimiter", "decimal", "missing", "leave_out", "units_line", "resample_hz",
+              "resample", "max_gap_s", "observation", "reader", "time", "column", "keep", "derive",
               "friction"});
   if (text(root, "schema", true) != "rim-schema/1")
     fail(*root.get("schema"), "schema must be \"rim-schema/1\"");
@@ -152,6 +152,7 @@ void SchemaReader::read_top(const toml::table &root) {
   if (schema_.decimal == ',' && schema_.delimiter == ',')
     fail(*root.get("decimal"), "decimal and delimiter cannot both be a comma");
   schema_.missing = texts(root, "missing");
+  schema_.leave_out = texts(root, "leave_out");
   schema_.units_line = flag(root, "units_line");
   schema_.resample_hz = number(root, "resample_hz", 0.0);
   schema_.max_gap_s = number(root, "max_gap_s", 0.0);

@@ -5,6 +5,7 @@
 //   delimiter = ";"            # default: the one that splits the header best
 //   decimal = ","              # numbers with a decimal comma; default "."
 //   missing = ["---", "-"]     # texts that stand for no value, beside empty fields and NA
+//   leave_out = ["s.note"]     # columns not used although their own name carries a role
 //   units_line = true          # the line below the header holds units, no values
 //   resample_hz = 20           # optional: rows on a regular grid
 //   resample = "hold"          # "hold" (default: causal) or "linear"
@@ -30,7 +31,8 @@
 //   [[friction]]               # of a diagnosis: the velocity that an outcome's friction acts on
 //   outcome = "z.force_N" ; velocity = "x.rod_mps"        # default: inferred from the logs
 //
-// Columns of the file that already carry a role prefix are kept as they are.
+// Columns of the file that already carry a role prefix are kept as they are, unless leave_out names
+// them.
 #pragma once
 
 #include <limits>
@@ -78,7 +80,9 @@ struct Schema {
   bool resample_linear = false;
   double max_gap_s = 0.0;           // 0: ten periods
   std::vector<std::string> missing; // texts that stand for no value
-  bool units_line = false;          // the line below the header is none of the rows
+  std::vector<std::string>
+      leave_out;           // columns whose own name carries a role, and that are not used
+  bool units_line = false; // the line below the header is none of the rows
   ColumnMap time{"t_s", "t_s", "s", 1.0, 0.0, {}};
   std::string date;           // the column of the date; empty: it stands with the time, or nowhere
   bool day_first = false;     // of dates with slashes

@@ -110,6 +110,17 @@ out=$(rim show other.log --schema other.toml --json); check "the proposal reads 
 contains "in metres" "$out" '"min": 30\.[4-9]'
 printf 't_s,s.a_m\n0,1\n0.1,2\n0.2,1\n' > own.csv
 contains "names that say it" "$(rim schema own.csv)" "used as they stand: s.a_m"
+# A schema does what it says: what it calls left out is not read, whatever its name.
+for i in 1 2 3 4; do awk -v seed=$i 'BEGIN {srand(seed); print "t_s,u.c,s.a_m,s.note,s.fw_version,x.mode,s.seq,s.none"
+  for (i = 0; i < 400; i++) {c = sin(i / 30); a += 0.05 * c; printf "%.2f,%.6f,%.6f,note %d of the day,7,%s,%d,\n", i * 0.05, c, a + 0.01 * rand(), i, (i % 3 == 0 ? "fast" : i % 3 == 1 ? "slow" : "off"), i}}' > noted$i.csv; done
+rim schema noted[1-4].csv --out noted.toml > /dev/null; check "left out" 0 $?
+contains "left out: what" "$(cat noted.toml)" '^leave_out = \["s.note", "s.fw_version", "x.mode", "s.seq", "s.none"\]'
+contains "left out: why" "$(cat noted.toml)" '7 in every row, which teaches nothing: s.fw_version'
+out=$(rim train noted[1-4].csv --schema noted.toml --out noted.rim 2>&1); check "left out: train" 0 $?
+contains "left out: the rest is used" "$out" "1 sensor, 1 command, 0 further context"
+printf 'schema = "rim-schema/1"\nleave_out = ["s.b"]\n' > none.toml
+rim show own.csv --schema none.toml > /dev/null 2> err.txt; check "leave out what is not there" 3 $?
+contains "leave out what is not there" "$(cat err.txt)" "own.csv: column 's.b': missing (a leave_out of the schema)"
 printf 'zeit;wert\n0,1;1,5\n0,2;2,5\n' > comma.csv
 rim schema comma.csv > out.txt 2> err.txt; check "decimal commas" 0 $?
 contains "decimal commas: proposed" "$(cat out.txt)" '^decimal = ","'
