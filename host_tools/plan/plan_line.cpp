@@ -46,6 +46,11 @@ std::vector<std::uint8_t> flags(const Json &value) {
 
 PlanRequest request_of(const Json &object) {
   PlanRequest out;
+  // Empty is how the planner is told that a list was not given: then every action is allowed.
+  for (const char *name : {"nominal", "var", "allowed"}) {
+    if (object.contains(name) && object[name].is_array() && object[name].empty())
+      refuse(std::string(name) + ": an empty list; give a value for each action, or leave it out");
+  }
   if (object.contains("state"))
     out.state = numbers(object["state"], "state");
   if (object.contains("actions")) {

@@ -41,6 +41,13 @@ contains "none allowed" "$(printf '%s\n' "$out" | sed -n 2p)" '{"id":"x","action
 out=$(printf '{"x":[0.2],"plan":2,"reward":5}\n{"state":[0.2]}\n' | "$RIM" plan --policy bank --plans 3 --state 0:1 --beta 0 2>/dev/null)
 contains "bank: experience from before" "$out" '"action":2,'
 
+# No flags are not the leave to do anything.
+for key in allowed nominal var; do
+  out=$(printf '{"id":1,"state":[0.4],"%s":[]}\n' $key | "$RIM" plan --state 0:1 --action -1:1:3 2>err.txt); check "$key: an empty list" 3 $?
+  check "$key: no action" "" "$out"
+  contains "$key: said" "$(cat err.txt)" "stdin:row 1: $key: an empty list"
+done
+
 # Bad lines: told with their number, counted, passed over.
 printf 'state,0.4\nstate,zero\n{"state":[1,2]}\n{"reward":}\nreward,nan\nreward,1\nreward,1\n[]\nstate,0.1\r\n' |
   "$RIM" plan $grid > out.txt 2> err.txt; check "bad lines" 0 $?
