@@ -111,7 +111,7 @@ void ReplayOutputs::verdict(const rim_verdict &v) {
                                 v.t_s, v.ln_anom, v.threshold, v.score, v.level));
   if (trace_) {
     trace_->write(fmt::format("{:.6f},{:.9g},{:.9g},{:.9g},{},{}\n", v.t_s, v.ln_anom, v.threshold,
-                              v.score, v.level, log_name_));
+                              v.score, v.level, csv_field(log_name_)));
   }
   if (!traces_.empty() && v.blocks != blocks_) {
     traces_.back().points.push_back({v.t_s, v.ln_anom, v.threshold});

@@ -63,6 +63,9 @@ contains "png" "$(head -c 4 p.png | tr -d '\211')" "PNG"
 [ -z "$(find . -name '*.tmp.*' -o -name '*.gnuplot.*')" ]; check "nothing left over" 0 $?
 
 "$RIM" replay --model toy.rim healthy.csv --fail-on-alarm > /dev/null; check "--fail-on-alarm, healthy" 0 $?
+cp healthy.csv 'run 1, left.csv'
+"$RIM" replay --model toy.rim 'run 1, left.csv' --trace named.csv > /dev/null; check "a comma in a name" 0 $?
+check "a comma in a name: a field" '6 run 1, left.csv' "$(python3 -c 'import csv; r = list(csv.reader(open("named.csv"))); print(len(r[1]), r[1][5])')"
 "$RIM" replay --model toy.rim healthy.csv biased.csv --fail-on-alarm > /dev/null; check "--fail-on-alarm, found" 1 $?
 err=$("$RIM" replay --model toy.rim healthy.csv --can nocan0 2>&1 >/dev/null); check "--can without CAN" 3 $?
 contains "--can: said" "$err" "nocan0: .*\(no CAN\|no such interface\).*--candump"
