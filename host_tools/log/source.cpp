@@ -134,6 +134,19 @@ std::string converted(const std::string &path, const Schema *schema) {
   return result.out;
 }
 
+// What every reader of lines relies on. Lines that end as on old Macs, by a carriage return alone,
+// end by a newline. A zero byte becomes U+FFFD: it would cut off the message that shows its field.
+std::string as_lines(std::string text) {
+  if (text.find('\n') == std::string::npos)
+    std::replace(text.begin(), text.end(), '\r', '\n');
+  if (text.find('\0') == std::string::npos)
+    return text;
+  std::string out;
+  for (const char letter : text)
+    out += letter == '\0' ? std::string("\xef\xbf\xbd") : std::string(1, letter);
+  return out;
+}
+
 // Standard input and pipes can be read once; commands may ask twice.
 std::string content(const std::string &path) {
   const std::string name = path == "-" ? "/dev/stdin" : path;
@@ -179,7 +192,7 @@ LogSource read_log_source(const std::string &path, const Schema *schema) {
   if (begins(text, "<!DOCTYPE") || begins(text, "<html") || begins(text, "<?xml"))
     throw DataError(path + ": is a page of HTML or XML, no log: a browser shows it");
   if (!needs_reader(path, text, schema))
-    return {is_lcm_log(text) ? std::move(text) : as_utf8(std::move(text)), false};
+    return {is_lcm_log(text) ? std::move(text) : as_lines(as_utf8(std::move(text))), false};
   if (text.size() != bytes.size() || !fs::is_regular_file(path, ignored))
     throw DataError(path + ": is neither CSV nor an LCM event log nor candump text; other formats "
                            "are read from a plain file of their own, not packed nor from a pipe");

@@ -48,6 +48,10 @@ printf 'schema = "rim-schema/1"\ndecimal = ","\ndelimiter = ","\n' > both.toml
 refuse "decimal and delimiter" "both.toml:line 2: decimal and delimiter" show a.csv --schema both.toml
 { echo '# a comment'; sed '50s/,[^,]*$/,x/' a.csv; } > text.csv
 refuse "an editor's line" "text.csv:row 49: column 's.speed_mps': 'x' is not a number; .* (line 51 of the file)" show text.csv
+tr '\n' '\r' < a.csv > old.csv; same "carriage returns alone" "$("$RIM" show old.csv --json)"
+contains "carriage returns alone: proposed" "$("$RIM" schema old.csv)" "used as they stand: u.cmd, s.speed_mps"
+{ awk 'BEGIN {for (i = 0; i < 300; i++) print "# a comment before it"}'; sed '50s/,[^,]*$/,1\x002/' a.csv; } > zero.csv
+refuse "a zero byte in a number" "zero.csv:row 49: column 's.speed_mps': '1�2' is not a number; .* (line 350 of the file)" show zero.csv
 noise 51 500 > noise.xyz; refuse "no format" "noise.xyz: is of no format that is known here: CSV, ULog" show noise.xyz
 refuse "no such file" "none.csv: cannot read" show none.csv
 RIM_PYTHON=/nowhere/python refuse "no Python" "noise.xyz: its reader needs /nowhere/python" show noise.xyz
