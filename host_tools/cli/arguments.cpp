@@ -2,10 +2,12 @@
 #include "cli/arguments.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <type_traits>
 
 #include <CLI/CLI.hpp>
 
@@ -34,6 +36,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// CLI11's own checks of a sign print the largest double, a number of 309 digits.
+std::string refuse_sign(const std::string &value, bool zero_too) {
+  double number = 0.0;
+  if (!CLI::detail::lexical_cast(value, number))
+    return "'" + value + "' is not a number";
+  if (number < 0.0)
+    return "must not be negative: " + value;
+  return zero_too && number == 0.0 ? "must be above zero: " + value : "";
+}
+
+// CLI11 reads NaN and infinities as numbers, and no range refuses NaN.
+std::string refuse_not_finite(const std::string &value) {
+  double number = 0.0;
+  const bool is_number = CLI::detail::lexical_cast(value, number);
+  return is_number && !std::isfinite(number) ? "must be a finite number: " + value : "";
+}
+
 std::string refuse_other_file(const std::string &path) {
   std::error_code ignored;
   if (!fs::is_regular_file(path, ignored) || fs::file_size(path, ignored) == 0)
@@ -55,9 +74,9 @@ CLI::Validator validator(const Check &check) {
   case Check::Kind::unsigned_whole:
     return CLI::Range(static_cast<unsigned>(check.least), static_cast<unsigned>(check.most));
   case Check::Kind::positive:
-    return CLI::PositiveNumber;
+    return {[](std::string &value) { return refuse_sign(value, true); }, ""};
   case Check::Kind::not_negative:
-    return CLI::NonNegativeNumber;
+    return {[](std::string &value) { return refuse_sign(value, false); }, ""};
   case Check::Kind::member:
     return CLI::IsMember(check.words);
   case Check::Kind::new_or_image:
@@ -179,7 +198,10 @@ Arguments::~Arguments() = default;
 
 template <class T>
 Option Arguments::add_option(const std::string &name, T &value, const std::string &help) {
-  return Option(app_->add_option(name, value, help), &files_);
+  CLI::Option *option = app_->add_option(name, value, help);
+  if constexpr (std::is_same_v<T, double> || std::is_same_v<T, std::vector<double>>)
+    option->check({[](std::string &text) { return refuse_not_finite(text); }, ""});
+  return Option(option, &files_);
 }
 template Option Arguments::add_option(const std::string &, std::string &, const std::string &);
 template Option Arguments::add_option(const std::string &, double &, const std::string &);

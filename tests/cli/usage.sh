@@ -19,6 +19,26 @@ for command in $("$RIM" --help | awk '/^  [a-z-]+ /{print $1}'); do
   err=$("$RIM" "$command" --no-such-option 2>&1 >/dev/null); check "$command with a wrong option" 2 $?
   contains "$command says whose usage" "$err" "^rim: "
 done
+# --- numbers: what is refused is said in words, and none that is not finite is taken
+: > log.csv
+number() { # number OPTION VALUE REASON COMMAND...
+  local option=$1 value=$2 reason=$3 err; shift 3
+  err=$(timeout 60 "$RIM" "$@" "$option" "$value" 2>&1 >/dev/null); check "$option $value: status" 2 $?
+  contains "$option $value" "$err" "$option: $reason: $value"
+  check "$option $value: no endless line" 0 "$(printf '%s\n' "$err" | awk 'length($0) > 120' | wc -l)"
+}
+number --seed -5 "must not be negative" simulate golf --out x
+number --seconds -1 "must not be negative" listen
+number --horizon 0 "must be above zero" diagnose log.csv --out x
+number --horizon -2 "must not be negative" diagnose log.csv --out x
+for value in nan inf -inf; do
+  number --block-seconds "$value" "must be a finite number" train log.csv --out x
+  number --false-alarm "$value" "must be a finite number" replay log.csv
+  number --beta "$value" "must be a finite number" plan --state 0:1 --action -1:1:3
+  number --seconds "$value" "must be a finite number" listen
+done
+check "nothing was made" "" "$(ls -d x 2> /dev/null)"
+
 # --- help COMMAND, the nearest word, and what is made from the same text
 check "help COMMAND" "$("$RIM" train --help)" "$("$RIM" help train)"
 contains "the nearest command" "$("$RIM" trian 2>&1 >/dev/null)" "no command 'trian'; did you mean 'train'?"
