@@ -303,6 +303,7 @@ int cmd_replay(int argc, char **argv) {
     outputs.end(result);
     tally.add(result);
     std::fputs(rim::replay_text(result, replayer.names()).c_str(), stdout);
+    std::fflush(stdout); // into a pipe, too: an interruption must not take what was replayed
     if (progress)
       progress->add();
   }

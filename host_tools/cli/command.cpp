@@ -42,7 +42,8 @@ void print_usage(const Program &program, std::FILE *to) {
                "\n'%s help COMMAND' describes a command and ends in an example.\n"
                "Exit status: 0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 internal.\n"
                "A command that is interrupted (Ctrl-C) leaves no unfinished file, and prints what "
-               "it kept.\n",
+               "it kept.\nIt ends by the signal itself, which a shell shows as 128 and its number: "
+               "130 for Ctrl-C.\n",
                program.name);
   if (find_command("schema") != nullptr)
     std::fprintf(to, "\nYour own logs, to the first alarm:\n"
@@ -133,7 +134,7 @@ std::string program_page(const Program &program) {
     if (const Command *command = find_command(name); command != nullptr)
       text += ".TP\n.BR rim\\-" + name + " (1)\n" + command->summary + "\n";
   return text + ".SH EXIT STATUS\n0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 "
-                "internal.\n";
+                "internal; 130 interrupted by Ctrl-C.\n";
 }
 
 // `rim help`, `rim help COMMAND`, and for the makefile `rim help --man [COMMAND]`, `rim help

@@ -63,6 +63,13 @@ out=$(stop SIGINT 'a.candump.tmp.*' "$RIM" replay --model model.rim run_0.csv en
 contains "replay: five files were open" "$out" '^-2 .*no file was written or changed; 5 that were not finished went away'
 check "replay: nothing remains" "" "$(ls a.jsonl l.csv trace.csv flight.html a.candump 2> /dev/null)"
 check "replay: no temporary" 0 "$(left)"
+# What was replayed is printed, also into a pipe: the log that comes next never ends.
+exec {held}<> endless
+"$RIM" replay --model model.rim run_0.csv endless > printed.txt 2> /dev/null & replaying=$!
+for _ in $(seq 600); do [ -s printed.txt ] && break; sleep 0.05; done
+kill -TERM $replaying; wait $replaying; check "replay: the status of a signal" 143 $?
+exec {held}>&-
+contains "replay: the log before stays said" "$(cat printed.txt)" '^run_0.csv: '
 out=$(stop SIGHUP started "$RIM" diagnose run_4.csv endless --out found)
 contains "diagnose, SIGHUP" "$out" '^-1 .*no file was written or changed$'
 [ ! -e found ]; check "diagnose: no folder" 0 $?

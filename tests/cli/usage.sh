@@ -7,6 +7,7 @@ cd "$here" || exit 1
 out=$("$RIM" 2>&1 >/dev/null); check "no command is a usage error" 2 $?
 contains "no command lists the commands" "$out" "usage: rim COMMAND"
 out=$("$RIM" --help); check "help" 0 $?
+contains "help: the status of an interruption" "$out" "128 and its number: 130 for Ctrl-C"
 contains "help lists merge" "$("$RIM_THESIS" --help)" "merge "
 check "in the order in which a user meets them" "schema train diagnose replay check" "$("$RIM" --help | awk '/^  [a-z-]+ /{print $1}' | head -5 | xargs)"
 out=$("$RIM" --version); check "version" 0 $?
