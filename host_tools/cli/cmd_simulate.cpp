@@ -289,7 +289,7 @@ void write_labels(const Options &o, const World &world) {
   rim::world::write_labels(labels, o.labels);
 }
 
-void write_record(const Options &o, const World &world) {
+std::string record_of(const Options &o, const World &world) {
   std::string text =
       fmt::format("# rim simulate {}, rimwatch {}\n# --seed {} --first {} --runs {} --rows {}",
                   o.world, RIM_VERSION, o.seed, o.first, o.runs, o.rows);
@@ -307,9 +307,41 @@ void write_record(const Options &o, const World &world) {
     text += " --dims " + std::to_string(o.golf.dims) + (o.encoders ? " --encoders" : "");
   for (const std::string &path : o.extensions)
     text += " --extension " + path;
-  rim::AtomicFile file(o.out + "/simulate.toml");
-  file.write(text + "\n# All parameters follow; the file can be given as --params.\n\n" +
-             world.parameters);
+  return text + "\n# All parameters follow; the file can be given as --params.\n\n" +
+         world.parameters;
+}
+
+// The record without the numbers of the runs: more of the same may be added to a folder.
+std::string recipe_of(std::string record) {
+  const std::size_t from = record.find(" --first "), to = record.find(" --rows ");
+  return from < to && to != std::string::npos ? record.erase(from, to - from) : record;
+}
+
+// One record stands for all runs of a folder, so they must all be made by it. An interrupted
+// command leaves runs without a record: they may be made again.
+void check_folder(const Options &o, const std::string &record, const std::string &path) {
+  if (std::filesystem::exists(path)) {
+    if (recipe_of(rim::read_file(path)) == recipe_of(record))
+      return;
+    throw rim::DataError(o.out +
+                         ": holds runs of another world, seed, version or parameters (see " + path +
+                         "): give another folder, or remove them");
+  }
+  std::error_code none;
+  for (const auto &entry : std::filesystem::directory_iterator(o.out, none)) {
+    unsigned long long run = 0;
+    const std::string name = entry.path().filename().string();
+    if (std::sscanf(name.c_str(), "run_%llu.csv", &run) == 1 &&
+        (run < o.first || run - o.first >= o.runs))
+      throw rim::DataError(
+          o.out + ": holds " + name +
+          ", and no simulate.toml says what made it: " + "give another folder, or remove it");
+  }
+}
+
+void write_record(const std::string &record, const std::string &path) {
+  rim::AtomicFile file(path);
+  file.write(record);
   file.commit();
 }
 
@@ -344,6 +376,8 @@ int cmd_simulate(int argc, char **argv) {
     rim::Log log = world.run(o.first).log;
     rim::diagnose::apply_extension(extensions, &log);
   }
+  const std::string record = record_of(o, world), record_path = o.out + "/simulate.toml";
+  check_folder(o, record, record_path);
   rim::make_folder(o.out);
   std::vector<rim::LabelledLog> truths(o.runs);
   std::vector<std::size_t> rows(o.runs);
@@ -361,7 +395,7 @@ int cmd_simulate(int argc, char **argv) {
       progress.add();
     });
   }
-  write_record(o, world);
+  write_record(record, record_path);
   if (!o.truth.empty())
     write_truths(o, truths);
   if (!o.labels.empty())

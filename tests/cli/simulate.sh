@@ -117,6 +117,18 @@ refuses "unknown key in parameters" 3 "bad.toml:line 2: unknown key 'engine.thru
 printf '[golf]\nmin_region_fraction = 0.99\n' > bad.toml
 refuses "parameters that allow no bump" 3 "bad.toml" "$RIM" simulate golf --out x --params bad.toml
 refuses "truth cannot be written" 3 "nodir/t.csv" "$RIM" simulate lander --out x --rows 5 --truth nodir/t.csv
+
+# A folder's runs are all of one record: more of the same may come, others not, and nothing is touched then.
+is "more of the same" "$RIM" simulate lander --out f --seed 9 --rows 10 --first 2 --runs 2
+before=$(cat f/* | cksum)
+for other in "lander --seed 8 --rows 10" "lander --seed 9 --rows 11" "golf --seed 9"; do
+  refuses "a folder in use: $other" 3 "f: holds runs of another world, seed, version or parameters (see f/simulate.toml)" "$RIM" simulate $other --out f
+done
+is "a folder in use stays as it is" test "$before" = "$(cat f/* | cksum)"
+mv f/simulate.toml record.toml
+refuses "runs without a record" 3 "f: holds run_000" "$RIM" simulate lander --out f --seed 8 --rows 10
+is "an interrupted command again" "$RIM" simulate lander --out f --seed 9 --rows 10 --runs 3
+refuses "truth over its own logs" 2 "name the same file" "$RIM" simulate golf --out i2 --truth i2
 is "nothing half written" test -z "$(find . -name '*.tmp.*')"
 
 echo "$passed passed, $failed failed"
