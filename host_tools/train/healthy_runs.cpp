@@ -22,6 +22,12 @@ namespace {
 constexpr double kBlocksPerRun = 240.0;
 constexpr Eigen::Index kLeastBlocks = 16;
 constexpr double kRateRatio = 1.0 + BLOCKS_RATE_OFF; // of two runs' rates: from there they differ
+// Of the range that was seen: by how much it is widened.
+constexpr double kMargin = 0.02;
+// Roundings to single precision that the same value may differ by: of a reading, of a factor
+// between units, and of the bound.
+constexpr double kRoundings = 2.0;
+constexpr double kNearZero = 1e-9; // what a value that is always 0 may be off by
 
 void check_rates(const Survey &survey, double period_s) {
   for (const RunFacts &run : survey.runs) {
@@ -66,6 +72,18 @@ std::uint32_t block_rows_for(const Survey &survey, double period_s, double block
   return static_cast<std::uint32_t>(std::clamp(std::lround(wanted), 1L, 10000L));
 }
 
+// What was seen, and a little more, which follows from its spread: with its magnitude the range of
+// a latitude would be kilometres wider than the field that was driven. What never changed gets what
+// the rounding of its readings needs, for a range must have a width.
+double margin_of(double low, double high) {
+  const double magnitude = std::max(std::abs(low), std::abs(high));
+  if (!(magnitude > 0.0))
+    return kNearZero;
+  const auto rounded = static_cast<float>(magnitude);
+  const double step = static_cast<double>(std::nextafter(rounded, HUGE_VALF) - rounded);
+  return std::max(kMargin * (high - low), kRoundings * step);
+}
+
 void set_ranges(FlightPlan *plan, const Survey &survey) {
   for (std::size_t f = 0; f < plan->layout.features(); ++f) {
     double low = survey.low(f), high = survey.high(f);
@@ -74,7 +92,7 @@ void set_ranges(FlightPlan *plan, const Survey &survey) {
       low = std::min(low, -half_turn);
       high = std::max(high, half_turn);
     }
-    const double margin = std::max({0.02 * (high - low), 1e-3 * std::abs(low), 1e-9});
+    const double margin = margin_of(low, high);
     plan->low.push_back(static_cast<float>(low - margin));
     plan->high.push_back(static_cast<float>(high + margin));
   }

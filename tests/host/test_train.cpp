@@ -136,6 +136,63 @@ void what_is_constant_can_be_trained(void **) {
   assert_int_equal(replayer.replay(logs[0], {}).health.rows.out_of_range, 100);
 }
 
+// u.a, s.lag, and columns that say little for their magnitude: a latitude, what never changed, one
+// of two modes, and a counter that began long before.
+rim::Log driven_somewhere(std::uint64_t seed, double pressure = 1013.7) {
+  rim::Log log = made_vehicle(seed);
+  log.columns = {log.columns[0],
+                 log.columns[2],
+                 {"x.lat_deg", "deg", rim::Role::context},
+                 {"x.pressure_hPa", "hPa", rim::Role::context},
+                 {"x.mode", "", rim::Role::context},
+                 {"x.ticks", "", rim::Role::context}};
+  const rim::Matrix all = log.values;
+  log.values.resize(all.rows(), 6);
+  for (Eigen::Index i = 0; i < all.rows(); ++i) {
+    const double part = static_cast<double>(i) / static_cast<double>(all.rows() - 1);
+    log.values.row(i) << all(i, 0), all(i, 2), 52.122 + 0.003 * part, pressure,
+        i % 700 < 350 ? 4100.0 : 4101.0, 1e7 + std::floor(50.0 * part);
+  }
+  return log;
+}
+
+// The width follows from the spread: by the magnitude a latitude's range was 0.1 degree, 11 km, and
+// another field was no news. What never changed may differ by the rounding of its readings.
+void ranges_follow_the_spread(void **) {
+  std::vector<rim::Log> logs;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed)
+    logs.push_back(driven_somewhere(seed));
+  const rim::Training training = rim::train(logs, rim::TrainOptions{});
+  const auto width = [&training](std::size_t f) {
+    return static_cast<double>(training.plan.high[f] - training.plan.low[f]);
+  };
+  assert_true(width(2) > 0.003 && width(2) < 1.1 * 0.003);
+  assert_true(width(3) > 0.0 && width(3) < 1e-3);
+  assert_true(width(4) > 1.0 && width(4) < 1.1);
+  assert_true(width(5) > 50.0 && width(5) < 1.1 * 50.0);
+  rim::Replayer replayer(rim::make_image(training.plan), "somewhere");
+  const auto rows_out = [&replayer](const rim::Log &log) {
+    return replayer.replay(log, {}).health.rows.out_of_range;
+  };
+  assert_int_equal(rows_out(driven_somewhere(6)), 0);
+  const double single = static_cast<double>(1013.7F);
+  assert_true(std::abs(single - 1013.7) > 0.0);
+  for (const double read : {single, 2.0 * single - 1013.7, 2.0 * 1013.7 - single})
+    assert_int_equal(rows_out(driven_somewhere(6, read)), 0);
+  // One column at a time, beyond by more than half of what was seen; and by less.
+  const struct {
+    Eigen::Index column;
+    double by;
+    bool is_out;
+  } cases[] = {{2, 0.005, true}, {2, 0.001, false}, {3, 1.0, true},   {4, 2.0, true},
+               {5, 80.0, true},  {5, 20.0, false},  {2, -0.005, true}};
+  for (const auto &one : cases) {
+    rim::Log log = driven_somewhere(6);
+    log.values.col(one.column).array() += one.by;
+    assert_int_equal(rows_out(log) > 0, one.is_out);
+  }
+}
+
 // An alarm is updated twelve times in a run, but no more often than every ten seconds.
 void short_runs_are_updated_more_often(void **) {
   const double short_s = toy_log(1).t_s.back(), twelfth_s = trained().plan.inhibit_s;
@@ -247,6 +304,7 @@ int main() {
       cmocka_unit_test(promise_is_kept_and_faults_are_found),
       cmocka_unit_test(report_says_what_was_done),
       cmocka_unit_test(what_is_constant_can_be_trained),
+      cmocka_unit_test(ranges_follow_the_spread),
       cmocka_unit_test(short_runs_are_updated_more_often),
       cmocka_unit_test(what_cannot_be_modelled_is_said),
       cmocka_unit_test(odd_runs_are_named),
