@@ -125,6 +125,8 @@ std::string CorrectionBuilder::add(const Term &term) {
   rim_correct_region region{};
   if (term.kind != TermKind::mean || term.basis.size() != 1 || term.basis[0] != "1")
     return "only constant shifts can ride in a flight image";
+  if (!term.logs.empty())
+    return "it acts in some logs only, and a flight is another";
   if (std::string reason = outcome_of(term, &outcome); !reason.empty())
     return reason;
   if (std::string reason = region_of(term.gate, &region); !reason.empty())

@@ -15,6 +15,7 @@
 #include "diagnose/rollout.hpp"
 #include "diagnose/search.hpp"
 #include "diagnose/sentence.hpp"
+#include "diagnose/single_logs.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
@@ -400,12 +401,17 @@ void Gains::keep_from_others(const std::vector<std::uint8_t> &fold_of_row,
 
 // Findings and state of every channel; returns all terms.
 std::vector<Term> add_channels(const Measured &measured, const std::vector<ChannelFindings> &found,
-                               const Null &null, double threshold, Diagnosis *diagnosis) {
+                               const std::vector<std::vector<InOneLog>> &single, const Null &null,
+                               double threshold, Diagnosis *diagnosis) {
   std::vector<Term> terms;
   for (std::size_t c = 0; c < found.size(); ++c) {
     add_findings(found[c], measured.channels[c], measured, null, &diagnosis->findings);
     for (Term &term : terms_of(found[c]))
       terms.push_back(std::move(term));
+    for (const InOneLog &one : single[c]) {
+      for (const Finding &f : one.findings)
+        terms.push_back(f.term);
+    }
     ChannelState state;
     state.channel = measured.channels[c].name;
     Prediction after = extended_prediction(terms, measured.channels[c], measured);
@@ -422,10 +428,10 @@ std::vector<Term> add_channels(const Measured &measured, const std::vector<Chann
 
 // Where, before why: of every channel of which something is claimed of its mean.
 void add_regions(const Measured &measured, const std::vector<ChannelFindings> &found,
-                 Diagnosis *diagnosis) {
+                 const std::vector<std::vector<InOneLog>> &single, Diagnosis *diagnosis) {
   std::vector<std::vector<ResidualRegion>> regions(found.size());
   parallel_for(found.size(), [&](std::size_t c) {
-    if (found[c].members.empty())
+    if (found[c].members.empty() && single[c].empty())
       return;
     const Vector used = (found[c].noise.weight.array() > 0.0).cast<double>();
     regions[c] = find_regions(measured, measured.channels[c], used, found[c].noise.divisor());
@@ -442,6 +448,7 @@ void add_unconfirmed(const Measured &measured, const std::vector<ChannelFindings
       f.term = seen.term;
       f.inside_fraction = gate_mask(seen.term.gate, measured).mean();
       f.sentence = unconfirmed_sentence(f, measured.channels[c], seen.reason);
+      diagnosis->doubts += seen.reason == kNotElsewhere || seen.reason == kWorseHeld ? 1 : 0;
       diagnosis->unconfirmed.push_back(std::move(f));
     }
   }
@@ -541,7 +548,7 @@ void add_learnt(const Measured &measured, const std::vector<Log> &holdout,
   if (!holdout.empty())
     held = make_measured(holdout, Constants::keep);
   for (Finding &f : *findings) {
-    if (f.term.kind != TermKind::mean || f.given)
+    if (f.term.kind != TermKind::mean || f.given || !f.term.logs.empty())
       continue;
     for (const auto &[placeholder, name] : f.term.arguments) {
       const auto &bounded = f.term.support.features;
@@ -563,6 +570,17 @@ void add_learnt(const Measured &measured, const std::vector<Log> &holdout,
       f.learnt.push_back(learnt);
     }
   }
+}
+
+void put_in_words(const Measured &measured, Diagnosis *diagnosis) {
+  for (std::size_t i = 0; i < diagnosis->findings.size(); ++i) {
+    Finding &f = diagnosis->findings[i];
+    f.number = static_cast<int>(i) + 1;
+    if (f.sentence.empty()) // what is in one log alone says it already
+      f.sentence = finding_sentence(
+          f, measured.channels[static_cast<std::size_t>(measured.find_channel(f.term.channel))]);
+  }
+  diagnosis->sentence = diagnosis_sentence(*diagnosis);
 }
 
 } // namespace
@@ -599,22 +617,24 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   Gains gains(measured, options, threshold);
   if (options.gains && options.holdout.empty())
     gains.cross_validate(&found);
-  const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
+  std::vector<std::vector<InOneLog>> single(found.size());
+  if (options.holdout.empty()) {
+    diagnosis.gains = gains.summary();
+    single = find_in_single_logs(logs, measured, found, diagnosis.gains, options);
+    claim_in_single_logs(single, measured, diagnosis.gains, &found);
+  }
+  const std::vector<Term> terms =
+      add_channels(measured, found, single, null, threshold.enter, &diagnosis);
+  add_single_logs(single, measured, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);
-  add_regions(measured, found, &diagnosis);
+  add_regions(measured, found, single, &diagnosis);
   put_in_order(measured, &diagnosis.findings);
   add_learnt(measured, options.holdout, &diagnosis.findings);
-  if (options.gains && !options.holdout.empty())
+  if (options.gains && !options.holdout.empty()) {
     gains.hold_out(terms);
-  if (options.gains)
     diagnosis.gains = gains.summary();
-  for (std::size_t i = 0; i < diagnosis.findings.size(); ++i) {
-    Finding &f = diagnosis.findings[i];
-    f.number = static_cast<int>(i) + 1;
-    f.sentence = finding_sentence(
-        f, measured.channels[static_cast<std::size_t>(measured.find_channel(f.term.channel))]);
   }
-  diagnosis.sentence = diagnosis_sentence(diagnosis);
+  put_in_words(measured, &diagnosis);
   add_notes(measured, found, &diagnosis);
   if (table != nullptr)
     *table = measured;

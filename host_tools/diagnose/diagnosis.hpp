@@ -78,6 +78,11 @@ struct Gain {
   bool worse = false; // ratio more than 2 % above 1; or more than .5 %, and its interval above 1
 };
 
+// Whether data that the extension was not fitted to is predicted better with it.
+inline bool is_borne_out(const Gain &gain) {
+  return gain.ratio_ci95.low < 1.0 && gain.ratio <= 1.0;
+}
+
 struct ChannelState {
   std::string channel;
   Vector m_after, sd_after;     // over the whole table
@@ -90,6 +95,7 @@ struct ChannelState {
 struct Diagnosis {
   std::vector<Finding> findings;
   std::vector<Finding> unconfirmed;    // seen, and not claimed: the sentence says why
+  std::size_t doubts = 0; // of the unconfirmed: those that leave open whether the simulation holds
   std::vector<ResidualRegion> regions; // before any term is added; of channels with findings
   std::vector<Gain> gains;
   std::vector<ChannelState> channels;

@@ -134,6 +134,8 @@ std::string term_toml(const Term &term) {
       pairs += (pairs.empty() ? "" : ", ") + name + " = " + quoted(feature);
     out += "arguments = { " + pairs + " }\n";
   }
+  if (!term.logs.empty())
+    out += "logs = " + list(term.logs, quoted) + "\n";
   if (!term.knots.empty())
     out += "knots = " + list(term.knots, number) + "\nvalues = " + list(term.values, number) + "\n";
   out += parameters_toml("[[term.size]]", term.sizes);
@@ -579,7 +581,7 @@ void TermReader::check_expressions(const Term &term) const {
 Term TermReader::read() {
   check_keys(*table_, "term",
              {"channel", "cause", "form", "kind", "basis", "arguments", "size", "shape", "region",
-              "support", "knots", "values", "response", "ridge"});
+              "support", "knots", "values", "response", "ridge", "logs"});
   Term term;
   term.channel = read_string(path_, need(*table_, "term", "channel"), "term.channel");
   term.cause = read_string(path_, need(*table_, "term", "cause"), "term.cause");
@@ -588,6 +590,8 @@ Term TermReader::read() {
   term.kind = read_kind();
   if (table_->contains("basis"))
     term.basis = texts(*table_, "term", "basis");
+  if (table_->contains("logs"))
+    term.logs = texts(*table_, "term", "logs");
   term.sizes = parameters("size");
   term.shape = parameters("shape");
   read_arguments(&term);

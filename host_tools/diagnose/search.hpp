@@ -63,6 +63,11 @@ struct StartNoise {
   double sd = 0.0; // of the reading, in stated sd; 0: none
 };
 
+// Why a term is not claimed, where it leaves the simulation in doubt all the same.
+inline constexpr const char *kNotElsewhere =
+    "it does not hold in parts of the logs that it was not fitted to";
+inline constexpr const char *kWorseHeld = "it makes the held-out logs worse";
+
 // Seen in the logs that were fitted, and not claimed.
 struct Unconfirmed {
   Term term;

@@ -317,7 +317,7 @@ void ChannelSearch::drop_unconfirmed() {
     if (worst == out_.members.size())
       break;
     if (!let_differ(worst))
-      set_aside(worst, "it does not hold in parts of the logs that it was not fitted to");
+      set_aside(worst, kNotElsewhere);
   }
   join_sizes();
   out_.fit = fit_members(y_, out_.members, out_.noise);
@@ -437,7 +437,7 @@ void ChannelSearch::shrink_to_held() {
   for (std::size_t k = 0; k < best; ++k) {
     for (std::size_t j = 0; j < out_.members.size(); ++j) {
       if (!out_.members[j].is_given && key(out_.members[j]) == going[k]) {
-        set_aside(j, "it makes the held-out logs worse");
+        set_aside(j, kWorseHeld);
         break;
       }
     }
@@ -550,7 +550,7 @@ void ChannelSearch::settle() {
     }
     if (weakest < out_.members.size())
       set_aside(weakest, out_.claims[weakest].heldout_r2 < 0.0
-                             ? "it does not hold in parts of the logs that it was not fitted to"
+                             ? kNotElsewhere
                              : "beside the other terms it is not significant");
     else if (beaten < out_.members.size())
       out_.members[beaten] = out_.claims[beaten].rival;

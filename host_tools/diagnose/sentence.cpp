@@ -86,7 +86,7 @@ std::string differing_text(const Term &term) {
   else if (share < 1.0)
     other = fmt::format("; another log is predicted with {:.4g}, lest it be worse off than without",
                         size.new_log);
-  return fmt::format("; it holds in all {} logs, and its size differs between the logs: {} (mean "
+  return fmt::format("; each of the {} logs has a size of its own: {} (mean "
                      "{:.4g}, spread {:.2g}{}){}",
                      size.per_log.size(), each, size.value, size.between_logs_sd,
                      size.unit.empty() ? "" : " " + size.unit, other);
@@ -211,6 +211,9 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
   std::size_t found = 0;
   for (const Finding &f : diagnosis.findings)
     found += f.given ? 0 : 1;
+  if (found == 0 && diagnosis.doubts > 0)
+    return "No cause is claimed, but that does not show the simulation to be adequate: what was "
+           "seen does not hold in all parts of the logs.";
   if (found == 0)
     return diagnosis.findings.empty()
                ? "The simulation is adequate: nothing in the logs contradicts it."
@@ -239,7 +242,7 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
                             g.data);
         break;
       }
-      if (!(g.ratio_ci95.low < 1.0) || g.ratio > 1.0) {
+      if (!is_borne_out(g)) {
         text +=
             fmt::format(" On data that it was not fitted to ({}) this is not borne out.", g.data);
         break;

@@ -339,6 +339,16 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
   return columns;
 }
 
+Vector log_mask(const Term &term, const Measured &measured) {
+  Vector mask = Vector::Ones(static_cast<Index>(measured.rows()));
+  for (const LogSpan &log : measured.logs) {
+    if (!term.logs.empty() &&
+        std::find(term.logs.begin(), term.logs.end(), log.path) == term.logs.end())
+      mask.segment(static_cast<Index>(log.first), static_cast<Index>(log.rows)).setZero();
+  }
+  return mask;
+}
+
 Vector mean_effect(const Term &term, const Measured &measured, const Vector &m) {
   if (term.kind != TermKind::mean)
     return Vector::Zero(m.size());
@@ -349,6 +359,8 @@ Vector mean_effect(const Term &term, const Measured &measured, const Vector &m) 
     effect += (at < term.sizes.size() ? term.sizes[at].value : 1.0) * columns.col(k);
   }
   effect = effect.cwiseProduct(gate_mask(term.gate, measured));
+  if (!term.logs.empty())
+    effect = effect.cwiseProduct(log_mask(term, measured));
   return term.support.everywhere() ? effect
                                    : effect.cwiseProduct(gate_mask(term.support, measured));
 }

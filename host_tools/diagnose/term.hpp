@@ -110,6 +110,7 @@ struct Term {
   std::map<std::string, double> response;
   std::vector<Ridge> ridges; // more of the response: limits of command and state
   Gate gate;
+  std::vector<std::string> logs; // paths of those in which it acts; empty: in all
   // Bounding box of the fitted rows, in features of which they cover only a small part. Outside it
   // the term is zero. The box is not part of the claim.
   Gate support;
@@ -123,6 +124,9 @@ Vector feature_column(const Measured &measured, const std::string &name);
 
 // 1 where the row lies in the gate, else 0. DataError when a feature is not in the table.
 Vector gate_mask(const Gate &gate, const Measured &measured);
+
+// 1 where the row's log is one of the term's, else 0.
+Vector log_mask(const Term &term, const Measured &measured);
 
 // The curve at the sums s.
 Vector ridge_values(const Ridge &ridge, const Vector &s);

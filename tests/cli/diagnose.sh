@@ -99,6 +99,36 @@ out=$(diagnose white*.csv --out white $few); check "white noise" 0 $?
 check "white noise: verdict" adequate "$(json white/diagnosis.json "d['verdict']")"
 check "white noise: labels" 0 "$(grep -v '^#' white/labels.csv | tail -n +2 | grep -v -c ',0$')"
 
+# --- a fault in one log of several: said of that log, and neither of all of them nor adequate
+# pump NAME SEED GAIN: a flow that is predicted; from the middle on it reads GAIN times as much.
+pump() {
+  awk -v seed="$2" -v gain="$3" '
+    function uniform() {seed = (seed * 16807) % 2147483647; return seed / 2147483647}
+    function normal(  i, s) {s = -6; for (i = 0; i < 12; i++) s += uniform(); return s}
+    BEGIN {
+      seed = (seed * 7919 + 17) % 2147483647
+      for (i = 0; i < 20; i++) uniform()
+      print "t_s,u.duty_pct,s.press_kPa,z.flow_Lpm,m.flow_Lpm,sd.flow_Lpm"
+      for (i = 0; i < 600; i++) {
+        if (i % 50 == 0) duty = 10 + 90 * uniform()
+        flow += 0.15 * (0.4 * duty - flow)
+        printf "%.1f,%.2f,%.2f,%.3f,%.4f,0.2\n", i * 0.1, duty, 20 + 0.05 * flow * flow + 0.5 * normal(),
+               flow * (i < 300 ? 1 : gain) + 0.2 * normal(), flow
+      }
+    }' > "$1"
+}
+pump bad.csv 98 1.1; for n in 1 2; do pump good$n.csv $n 1; done
+for others in good1.csv "good1.csv good2.csv"; do
+  out=$(diagnose $others bad.csv --out single $few); check "beside $others" 1 $?
+  contains "beside $others: where" "$out" "In bad.csv, one of "
+  check "beside $others: not of the rest" "" "$(echo "$out" | grep -e '^[0-9]*\. Measured' -e 'borne out (' -e 'is adequate')"
+  check "beside $others: why" gain "$(json single/diagnosis.json "d['findings'][0]['cause']")"
+  check "beside $others: how much" True \
+    "$(json single/diagnosis.json "abs(d['findings'][0]['parameters']['size']['value'] - 0.1) < 0.01")"
+  check "beside $others: its rows" bad.csv \
+    "$(echo $(grep -v '^#' single/labels.csv | tail -n +2 | grep -v ',0$' | cut -d, -f1 | sort -u))"
+done
+
 # --- the user's own catalogue
 cat > mine.toml << 'END'
 schema = "rim-causes/1"
