@@ -3,6 +3,7 @@
 // and not where the vehicle had settled before its log began. A monitor that is started under way
 // knows it. A flight may last longer than all logs.
 #include "base/rng.h"
+#include "image/image_writer.hpp"
 #include "made_vehicle.hpp"
 #include "replay/replay.hpp"
 #include "temporary.hpp"
