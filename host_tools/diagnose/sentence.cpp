@@ -41,10 +41,9 @@ std::string meaning(const Term &term, const Channel &channel) {
   if (term.form == "coulomb_stick")
     return "friction opposes the motion whatever the speed, and sticks";
   if (term.cause == "coulomb_friction")
-    return adds
-               ? "friction opposes the motion with " + with_unit(size, unit) +
-                     (term.form.rfind("stribeck", 0) == 0 ? ", and otherwise near rest"
-                                                          : " whatever the speed")
+    return adds ? "friction opposes the motion with " + with_unit(size, unit) +
+                      (term.form.rfind("stribeck", 0) == 0 ? ", and otherwise near rest"
+                                                           : " whatever the speed")
            : sense_of(term, channel) != 0 ? "less friction than is predicted"
                                           : "it goes with the direction of the motion";
   if (term.cause == "viscous_friction" && adds)
@@ -86,7 +85,7 @@ std::string differing_text(const Term &term) {
   else if (share < 1.0)
     other = fmt::format("; another log is predicted with {:.4g}, lest it be worse off than without",
                         size.new_log);
-  return fmt::format("; each of the {} logs has a size of its own: {} (mean "
+  return fmt::format("; its size differs between the logs, of which there are {}: {} (mean "
                      "{:.4g}, spread {:.2g}{}){}",
                      size.per_log.size(), each, size.value, size.between_logs_sd,
                      size.unit.empty() ? "" : " " + size.unit, other);
