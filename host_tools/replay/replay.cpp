@@ -20,6 +20,7 @@ namespace rim {
 namespace {
 
 constexpr double kMembershipCut = RIM_SELECT_MEMBERSHIP_CUT;
+constexpr double kMostUnjudged = 0.1; // of a run that is called healthy
 
 // Column of every name, or a DataError.
 std::vector<int> columns_named(const Log &log, const std::vector<std::string> &names) {
@@ -129,6 +130,15 @@ private:
   std::size_t next_ = 0;
 };
 
+void note_blindness(const std::vector<double> &t_s, std::size_t row, const rim_verdict &verdict,
+                    ReplayedLog *log) {
+  if (verdict.level != RIM_LEVEL_STALE || verdict.reason != RIM_REASON_TOO_FEW)
+    return;
+  if (!(log->blind_s > 0.0))
+    log->blind_from_s = t_s[row];
+  log->blind_s += row > 0 ? t_s[row] - t_s[row - 1] : 0.0;
+}
+
 } // namespace
 
 void Found::add(const rim_alarm &record) {
@@ -193,6 +203,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     if (verdict.alarm.seq != 0)
       tell(verdict.alarm);
     tell_waiting();
+    note_blindness(rows.t_s, static_cast<std::size_t>(t), verdict, &result);
     note_explanation(result, &examined);
     if (watch)
       watch(static_cast<std::size_t>(t), verdict);
@@ -402,23 +413,41 @@ std::string interference_text(const ReplayedLog &log, const Names &names) {
   return text + "\n";
 }
 
+double silent_s(const ReplayedLog &log) {
+  double all_s = 0.0;
+  for (const Silence &s : log.silences)
+    all_s += s.to_s - s.from_s;
+  return all_s;
+}
+
 std::string silence_text(const ReplayedLog &log) {
   const Silence *longest = &log.silences.front();
-  double all_s = 0.0;
   for (const Silence &s : log.silences) {
-    all_s += s.to_s - s.from_s;
     if (s.to_s - s.from_s > longest->to_s - longest->from_s)
       longest = &s;
   }
   const std::string when =
       fmt::format("from t = {:.2f} s to t = {:.2f} s", longest->from_s, longest->to_s);
-  const std::string share = fmt::format("{:.3g} s of {:.3g} s", all_s, log.recorded_s);
+  const std::string share = fmt::format("{:.3g} s of {:.3g} s", silent_s(log), log.recorded_s);
   return log.silences.size() == 1
-             ? fmt::format("STALE: no usable row {} ({}): nothing can be said of that time", when,
-                           share)
-             : fmt::format("STALE: no usable row in {} times of {} in all, the longest {}: nothing "
-                           "can be said of them",
+             ? fmt::format("no usable row {} ({})", when, share)
+             : fmt::format("no usable row in {} times of {} in all, the longest {}",
                            log.silences.size(), share, when);
+}
+
+// What of the run nobody judged.
+std::string unjudged_text(const ReplayedLog &log) {
+  std::string text = log.silences.empty() ? "" : silence_text(log);
+  if (log.blind_s > 0.0)
+    text += fmt::format("{}blocks that say nothing of any outcome, from t = {:.2f} s on ({:.3g} s "
+                        "of {:.3g} s)",
+                        text.empty() ? "" : "; ", log.blind_from_s, log.blind_s, log.recorded_s);
+  return text;
+}
+
+// So much of the run that the rest does not stand for it.
+bool is_mostly_unjudged(const ReplayedLog &log) {
+  return silent_s(log) + log.blind_s > kMostUnjudged * log.recorded_s;
 }
 
 bool has_too_few_blocks(const ReplayedLog &log) {
@@ -428,7 +457,7 @@ bool has_too_few_blocks(const ReplayedLog &log) {
 } // namespace
 
 bool is_stale(const ReplayedLog &log) {
-  return is_at_another_rate(log) || has_too_few_blocks(log) || !log.silences.empty();
+  return is_at_another_rate(log) || has_too_few_blocks(log) || is_mostly_unjudged(log);
 }
 
 bool is_at_another_rate(const ReplayedLog &log) {
@@ -457,8 +486,9 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
         text.empty() ? "" : "\n  ", q.words, u.more == 0.0 ? times : more, u.looks_like, q.unit,
         q.name);
   }
-  if (!log.silences.empty() && !is_at_another_rate(log))
-    text += (text.empty() ? "" : "\n  ") + silence_text(log);
+  if (is_mostly_unjudged(log) && !is_at_another_rate(log))
+    text += fmt::format("{}STALE: {}: nothing can be said of that time", text.empty() ? "" : "\n  ",
+                        unjudged_text(log));
   if (is_at_another_rate(log))
     text += fmt::format("{}STALE: rows come at {:.4g} Hz, the model wants {:.4g} Hz: {} of {} rows "
                         "were not examined",
@@ -484,6 +514,8 @@ std::string replay_text(const ReplayedLog &log, const Names &names) {
       text += fmt::format("{}: nothing found in {} ({:.0f} s)",
                           log.interference.raised > 0 ? "regions" : "healthy",
                           count_text(log.rows, "row", "rows"), log.duration_s);
+    if (const std::string unjudged = unjudged_text(log); why_not.empty() && !unjudged.empty())
+      text += "; not judged: " + unjudged;
     if (log.alarm_score > 0.0 && log.score > -1e300)
       text += fmt::format("; the score rose to {:.0f} % of the alarm's",
                           100.0 * std::max(0.0, log.score) / log.alarm_score);

@@ -39,7 +39,9 @@ struct ReplayedLog : Found {
   std::uint32_t rows = 0;                                              // offered to the monitor
   double begin_s = 0.0, duration_s = 0.0;                              // of its rows
   std::vector<Silence> silences; // longer than the image allows, in order
-  double recorded_s = 0.0;       // from the first row of the file to the last, used or skipped
+  // The monitor examined blocks that said nothing of any outcome: for so long, first at this row.
+  double blind_s = 0.0, blind_from_s = 0.0;
+  double recorded_s = 0.0; // from the first row of the file to the last, used or skipped
   rim_monitor_health health{};
   std::uint32_t blocks = 0;          // examined
   double image_period_s = 0.0;       // rows as the image wants them
