@@ -379,8 +379,32 @@ static void the_likeliest_motion_is_said(void **unused) {
   }
 }
 
+/* A vehicle that moves at its first row did not begin by standing: any motion is as likely as any
+ * other, and what holds it later is told by the odds. So it is after a reset under way. */
+static void a_start_under_way_is_any_motion(void **state) {
+  (void)state;
+  rim_interference_model m = sample_interference();
+  for (int i = 0; i < 5; ++i) {
+    for (int k = 0; k < 3; ++k)
+      m.sd[i][k] *= 3.0; /* no density above 1, which would make even standing possible */
+  }
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  for (uint32_t round = 0; round < 2; ++round) {
+    double most = 0.0;
+    for (uint32_t t = 0; t < 100; ++t) {
+      rimi_interference_step(&s, 0.05 * (double)(100 * round + t + 1), 1.0, t < 60 ? 1.0 : 0.2, &v);
+      most = v.score[RIM_INTERFERENCE_HMM] > most ? v.score[RIM_INTERFERENCE_HMM] : most;
+      if (t == 59)
+        assert_true(s.hmm.steps > 50 && v.motion == RIM_MOTION_CONSTANT && most < 1.0);
+    }
+    assert_true(most >= 1.0);
+    rimi_interference_reset(&s);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(the_likeliest_motion_is_said),
+                                     cmocka_unit_test(a_start_under_way_is_any_motion),
                                      cmocka_unit_test(a_section_has_the_usual_check_sum),
                                      cmocka_unit_test(an_onset_by_the_odds_is_the_last_quiet_row),
                                      cmocka_unit_test(a_command_takes_effect_at_its_time),

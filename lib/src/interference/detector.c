@@ -293,7 +293,12 @@ static void step_hmm(rim_interference *s, const motion_observation *o,
   /* eq. C.5 */
   const bool is_standing = rimi_abs(s->command) <= STANDING_MPS;
   ln_b[is_standing ? RIM_MOTION_CONSTANT : RIM_MOTION_STOP] = RIM_HMM_LN_ZERO;
-  if (rimi_hmm_step(&s->hmm, ln_b) != RIM_OK)
+  rim_status taken = rimi_hmm_step(&s->hmm, ln_b);
+  if (taken == RIM_E_DATA && s->hmm.steps == 0) { /* under way: it did not begin by standing */
+    rimi_hmm_begin_anywhere(&s->hmm);
+    taken = rimi_hmm_step(&s->hmm, ln_b);
+  }
+  if (taken != RIM_OK)
     return;
   verdict->ln_odds = rimi_hmm_ln_odds(&s->hmm, RIM_MOTION_MI);
   verdict->score[RIM_INTERFERENCE_HMM] =

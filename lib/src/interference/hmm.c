@@ -38,9 +38,10 @@ static double largest(const double *x, uint32_t n) {
   return most;
 }
 
-static void restart(rim_hmm *hmm) {
+/* initial: NULL for the same of every state. */
+static void restart(rim_hmm *hmm, const double *initial) {
   for (uint32_t i = 0; i < hmm->model.states; ++i) {
-    hmm->alpha[i] = hmm->model.initial[i];
+    hmm->alpha[i] = initial != NULL ? initial[i] : 1.0 / (double)hmm->model.states;
     hmm->ln_alpha[i] = ln_of(hmm->alpha[i]);
   }
   hmm->ln_evidence = 0.0;
@@ -65,7 +66,7 @@ rim_status rimi_hmm_init(rim_hmm *hmm, const rim_hmm_model *model) {
     for (uint32_t j = 0; j < copy.states; ++j)
       hmm->ln_transition[i][j] = ln_of(copy.transition[i][j]);
   }
-  restart(hmm);
+  restart(hmm, hmm->model.initial);
   return RIM_OK;
 }
 
@@ -139,9 +140,11 @@ rim_status rimi_hmm_step(rim_hmm *hmm, const double *ln_emission) {
 void rimi_hmm_reset(rim_hmm *hmm) {
   if (hmm == NULL)
     return;
-  restart(hmm);
+  restart(hmm, hmm->model.initial);
   count_up(&hmm->resets);
 }
+
+void rimi_hmm_begin_anywhere(rim_hmm *hmm) { restart(hmm, NULL); }
 
 double rimi_hmm_ln_odds(const rim_hmm *hmm, uint32_t state) {
   if (hmm == NULL || state >= hmm->model.states)

@@ -53,6 +53,9 @@ rim_status rimi_hmm_step(rim_hmm *hmm, const double *ln_emission);
 /* Back to the initial distribution; counted. Before the first step the posterior is the initial. */
 void rimi_hmm_reset(rim_hmm *hmm);
 
+/* The same, not counted, with every state as likely as any other. */
+void rimi_hmm_begin_anywhere(rim_hmm *hmm);
+
 /* ln P / (1 - P) of P(S_t = state | o_1..o_t), exact also where P rounds to 0 or 1;
  * RIM_HMM_LN_ZERO for a state that is not there. O(states). */
 double rimi_hmm_ln_odds(const rim_hmm *hmm, uint32_t state);
