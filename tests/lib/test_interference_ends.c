@@ -404,7 +404,6 @@ static void a_start_under_way_is_any_motion(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(the_likeliest_motion_is_said),
-                                     cmocka_unit_test(a_start_under_way_is_any_motion),
                                      cmocka_unit_test(a_section_has_the_usual_check_sum),
                                      cmocka_unit_test(an_onset_by_the_odds_is_the_last_quiet_row),
                                      cmocka_unit_test(a_command_takes_effect_at_its_time),
@@ -418,6 +417,7 @@ int main(void) {
                                      cmocka_unit_test(commands_that_find_no_room),
                                      cmocka_unit_test(a_gap_is_longer_than_its_time),
                                      cmocka_unit_test(a_record_says_what_the_verdict_does),
-                                     cmocka_unit_test(wheels_of_few_bits)};
+                                     cmocka_unit_test(wheels_of_few_bits),
+                                     cmocka_unit_test(a_start_under_way_is_any_motion)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
