@@ -9,6 +9,7 @@
 #include "image/threshold.h"
 #include "stats/robust.hpp"
 #include "train/external_table.hpp"
+#include "train/healthy_runs.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
@@ -34,7 +35,7 @@ void set_ranges(FlightPlan *plan, const std::vector<ExternalRows> &logs) {
       low = std::min(low, log.context.col(static_cast<Eigen::Index>(f)).minCoeff());
       high = std::max(high, log.context.col(static_cast<Eigen::Index>(f)).maxCoeff());
     }
-    const double margin = std::max({1e-3 * (high - low), 1e-6 * std::abs(low), 1e-9});
+    const double margin = range_margin(low, high, 1e-3);
     plan->low[f] = static_cast<float>(low - margin);
     plan->high[f] = static_cast<float>(high + margin);
   }

@@ -72,18 +72,6 @@ std::uint32_t block_rows_for(const Survey &survey, double period_s, double block
   return static_cast<std::uint32_t>(std::clamp(std::lround(wanted), 1L, 10000L));
 }
 
-// What was seen, and a little more, which follows from its spread: with its magnitude the range of
-// a latitude would be kilometres wider than the field that was driven. What never changed gets what
-// the rounding of its readings needs, for a range must have a width.
-double margin_of(double low, double high) {
-  const double magnitude = std::max(std::abs(low), std::abs(high));
-  if (!(magnitude > 0.0))
-    return kNearZero;
-  const auto rounded = static_cast<float>(magnitude);
-  const double step = static_cast<double>(std::nextafter(rounded, HUGE_VALF) - rounded);
-  return std::max(kMargin * (high - low), kRoundings * step);
-}
-
 void set_ranges(FlightPlan *plan, const Survey &survey) {
   for (std::size_t f = 0; f < plan->layout.features(); ++f) {
     double low = survey.low(f), high = survey.high(f);
@@ -92,7 +80,7 @@ void set_ranges(FlightPlan *plan, const Survey &survey) {
       low = std::min(low, -half_turn);
       high = std::max(high, half_turn);
     }
-    const double margin = margin_of(low, high);
+    const double margin = range_margin(low, high, kMargin);
     plan->low.push_back(static_cast<float>(low - margin));
     plan->high.push_back(static_cast<float>(high + margin));
   }
@@ -192,6 +180,15 @@ Survey checked_survey(LogSet *logs) {
 }
 
 } // namespace
+
+double range_margin(double low, double high, double part) {
+  const double magnitude = std::max(std::abs(low), std::abs(high));
+  if (!(magnitude > 0.0))
+    return kNearZero;
+  const auto rounded = static_cast<float>(magnitude);
+  const double step = static_cast<double>(std::nextafter(rounded, HUGE_VALF) - rounded);
+  return std::max(part * (high - low), kRoundings * step);
+}
 
 HealthyRuns healthy_runs(LogSet *logs, const BlockingOptions &options) {
   const Survey survey = checked_survey(logs);

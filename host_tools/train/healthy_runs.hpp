@@ -18,6 +18,11 @@
 
 namespace rim {
 
+// By how much a range that was seen is widened: by a part of its spread. With its magnitude the
+// range of a latitude would be kilometres wider than the field that was driven. What never changed
+// gets what the rounding of its readings needs, for a range must have a width.
+double range_margin(double low, double high, double part);
+
 // Of all logs together.
 struct InputRows {
   std::size_t rows = 0, skipped = 0, filtered = 0;

@@ -104,7 +104,11 @@ void hash_of(const Log &log, std::uint64_t content[2]) {
   }
 }
 
-double period_of(const RunFacts &run) { return median_of(run.periods_s); }
+double period_of(const RunFacts &run) {
+  if (run.periods_s.empty())
+    throw DataError(run.path + ": has fewer than two rows: there is no rate to learn");
+  return median_of(run.periods_s);
+}
 
 double Survey::low(std::size_t feature) const {
   double least = 1e300;

@@ -95,6 +95,11 @@ same "a table over the DBC" "--out: in.csv is there already and is no flight ima
 [ ! -e o.txt ]; check "two outputs: nothing written" 0 $?
 "$RIM" replay --model mine.rim in.csv --alarms /dev/null --labels /dev/null > /dev/null; check "two outputs into a device" 0 $?
 
+# A run of a single row among others.
+head -2 run1.csv > single.csv
+err=$("$RIM" train run*.csv single.csv --quick --out one.rim 2>&1 >/dev/null); check "a single row" 3 $?
+contains "a single row: which" "$err" "single.csv: has fewer than two rows"
+
 # Disks.
 for option in --alarms --labels --trace --candump; do
   err=$("$RIM" replay --model toy.rim log.csv $option /dev/full 2>&1 >/dev/null); check "$option on a full disk" 3 $?
