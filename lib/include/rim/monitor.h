@@ -59,7 +59,7 @@ typedef struct rim_verdict {
   const struct rim_interference_verdict *interference; /* of this row; NULL: not watched or used */
 } rim_verdict;
 
-/* Counted since init or reset, saturating: no row and no block is lost without being counted. */
+/* Counted since init, reset or restart, saturating: no row or block is lost without a count. */
 typedef struct rim_row_health {
   uint32_t rows, rows_used; /* offered; that entered a block */
   uint32_t not_finite;      /* skipped: NaN, infinity, or an sd that is not within 0 to 1e150 */
@@ -145,11 +145,11 @@ rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *
  * mean, or both could be meant. On an error nothing changes. O(1); CLEAR: O(memory). */
 rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command, unsigned bits);
 
-/* Forgets all observations because the rows' clock moved to now_s within a run (see
- * rim_clock_guard_take). Waiting records end or latch the alarms. now_s not finite: no effect. */
+/* Forgets all observations, and their counts, because the rows' clock moved to now_s within a run
+ * (rim_clock_guard_take). Waiting records end or latch the alarms. now_s not finite: no effect. */
 void rim_monitor_restart(rim_monitor *monitor, double now_s);
 
-/* Forgets all observations, and the alarms without a record; counters go on. O(memory). */
+/* The same for a new run; the alarms end without a record, and their counters go on. O(memory). */
 void rim_monitor_reset(rim_monitor *monitor);
 
 /* Goes on from the bytes of another monitor (a restart of the process), bit for bit: memory holds a
