@@ -18,6 +18,7 @@
 #define RATE_MOST 0.2      /* that one row counts: one that is late says nothing of the rate */
 #define SAME_RATE 1e-6   /* of a period: times between rows that are as exact as times are */
 #define MOST_TURNS 2e9   /* of an angle in a run */
+#define MOST_COUNTED 1e6 /* turns of a reading that still says a direction */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define NEXT_BLOCK 0.25  /* of a block, that its start may be off and still follow the last */
 #define STEADY 0.05      /* of its range, by which an input moves in a row without a jump */
@@ -101,7 +102,8 @@ static bool row_is_usable(blocks *b, double t_s, const double *context, const do
   return true;
 }
 
-/* The trained range of an angle is a whole turn: half a turn on either side of it is within. */
+/* The trained range of an angle is a whole turn: half a turn on either side of it is within. Beyond
+ * that it is named, and the same direction is taken: it may have been counted on by whole turns. */
 static double limited(blocks *b, size_t f, double x) {
   const double low = (double)rimi_le_f32(b->config.range, f);
   const double high = (double)rimi_le_f32(b->config.range, b->config.features + f);
@@ -112,6 +114,9 @@ static double limited(blocks *b, size_t f, double x) {
     b->out_feature = (uint16_t)f;
     b->out_value = x;
   }
+  const double whole = blocks_whole_turn(b, f);
+  if (whole > 0.0 && rimi_abs(x) < MOST_COUNTED * whole)
+    x -= whole * rimi_floor((x - 0.5 * (low + high)) / whole + 0.5);
   return rimi_clamp(x, low - margin, high + margin);
 }
 
