@@ -380,9 +380,28 @@ static void memory_of_another_library_is_not_attached(void **state) {
   }
 }
 
+/* A copy that was taken while a call ran, as is RAM that outlived a watchdog's reset: its sums are
+ * those of before the call. */
+static void what_was_copied_within_a_call_is_not_attached(void **state) {
+  (void)state;
+  for (int is_changed = 0; is_changed < 2; ++is_changed) {
+    bench b;
+    fresh(&b, false);
+    b.monitor->guard.busy = 1;
+    if (is_changed)
+      b.monitor->life.seq = 12345;
+    assert_true(rimi_guard_header_holds(b.monitor)); /* for who asks within the call */
+    rim_monitor *m = NULL;
+    assert_int_equal(rim_monitor_attach(&m, b.memory, sizeof b.memory, b.blob.byte, b.blob.size),
+                     RIM_E_DATA);
+    assert_null(m);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(memory_of_another_library_is_not_attached),
+      cmocka_unit_test(what_was_copied_within_a_call_is_not_attached),
       cmocka_unit_test(gaps_are_checked_where_there_are_any),
       cmocka_unit_test(nothing_is_found_in_memory_that_holds),
       cmocka_unit_test(control_is_checked_before_it_is_used),

@@ -154,7 +154,7 @@ void rim_monitor_reset(rim_monitor *monitor);
 
 /* Goes on from the bytes of another monitor (a restart of the process), bit for bit: memory holds a
  * copy of them, made with this image and the same library build. Errors as rim_monitor_init;
- * RIM_E_DATA: the memory holds no such monitor. O(image bytes). */
+ * RIM_E_DATA: no such monitor, or a call on it never ended: nobody can check it. O(image bytes). */
 rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                               size_t image_bytes);
 

@@ -62,6 +62,10 @@ bool rimi_guard_header_holds(const rim_monitor *m) {
   return m->guard.damaged == 0 && (m->guard.busy || header_is_right(m));
 }
 
+bool rimi_guard_copy_holds(const rim_monitor *m) {
+  return m->guard.damaged == 0 && !m->guard.busy && header_is_right(m);
+}
+
 uint8_t rimi_guard_damage(const rim_monitor *m) {
   if (m->guard.damaged != 0)
     return m->guard.damaged;

@@ -65,6 +65,9 @@ bool rimi_guard_enter_header(rim_monitor *m);
 void rimi_guard_leave_header(rim_monitor *m);
 /* Whether the header holds, for queries, which may also be made within a call. */
 bool rimi_guard_header_holds(const rim_monitor *m);
+/* The same of bytes that were kept. They do not hold where they were copied within a call, or where
+ * a call never ended (RAM over a watchdog's reset): its sums are of before, so nobody can check. */
+bool rimi_guard_copy_holds(const rim_monitor *m);
 /* RIM_DAMAGE_...: what was found, and whether the header holds now. */
 uint8_t rimi_guard_damage(const rim_monitor *m);
 /* Takes the header up to the alarms' life as it is. It says what is where; no row changes it. */

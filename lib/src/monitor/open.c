@@ -470,7 +470,7 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
   if (m->magic != MONITOR_MAGIC || m->library != RIM_VERSION_NUMBER ||
       m->header_bytes != sizeof *m || m->image.model_id != p.image.model_id ||
       m->image.bytes != p.image.bytes || memcmp(m->words, p.words, sizeof m->words) != 0 ||
-      !rimi_guard_header_holds(m))
+      !rimi_guard_copy_holds(m))
     return RIM_E_DATA;
   connect(m, &p,
           &l); /* the copy's own pointers are another place's, and were summed as they were */
