@@ -47,6 +47,24 @@ static void silence_is_longer_than_its_time(void **state) {
   assert_true(rimi_alarm_life_idle(&life, 20.001));
 }
 
+/* Who asks before the first row need not ask on its clock: what lies between is no silence. Where
+ * no row comes at all, that is one, and the first row ends it. */
+static void the_first_row_ends_no_silence(void **state) {
+  (void)state;
+  const rim_alarm_life_config config = {.policy = {.stale_s = 20.0}};
+  for (int is_late = 0; is_late < 2; ++is_late) {
+    assert_int_equal(rimi_alarm_life_init(&life, &config), RIM_OK);
+    assert_false(rimi_alarm_life_idle(&life, 0.01));
+    assert_false(rimi_alarm_life_idle(&life, 20.0));
+    assert_int_equal(is_late && rimi_alarm_life_idle(&life, 21.0), is_late);
+    rimi_alarm_life_row(&life, 1.7e9);
+    assert_int_equal(life.stale_times, is_late);
+    assert_int_equal(rimi_alarm_life_next_record(&life, &out), is_late);
+    rimi_alarm_life_row(&life, 1.7e9 + 20.001);
+    assert_int_equal(life.stale_times, is_late + 1); /* that one was */
+  }
+}
+
 /* Of either detector, steps on both sides of a silence are not in a row. */
 static void silence_breaks_what_each_detector_found(void **state) {
   (void)state;
@@ -185,6 +203,7 @@ static void the_older_record_leaves_first(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(silence_is_longer_than_its_time),
+      cmocka_unit_test(the_first_row_ends_no_silence),
       cmocka_unit_test(silence_breaks_what_each_detector_found),
       cmocka_unit_test(an_update_that_is_just_one),
       cmocka_unit_test(a_warning_does_not_replace_a_finding),

@@ -99,14 +99,14 @@ static void note_silence(rim_alarm_life *life) {
 }
 
 void rimi_alarm_life_row(rim_alarm_life *life, double now_s) {
-  if (is_silence(life, now_s))
+  if (life->has_row && is_silence(life, now_s)) /* before it another clock may have been asked */
     note_silence(life);
   if (life->stale) {
     life->stale = false;
     tell_all(life, now_s);
   }
   life->row_s = now_s;
-  life->started = true;
+  life->started = life->has_row = true;
 }
 
 bool rimi_alarm_life_idle(rim_alarm_life *life, double now_s) {

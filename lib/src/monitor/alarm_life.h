@@ -60,7 +60,7 @@ typedef struct rim_alarm_slot {
 typedef struct rim_alarm_life {
   rim_alarm_life_config config;
   rim_alarm_slot slot[RIM_DETECTORS];
-  double row_s;         /* newest valid row */
+  double row_s;         /* newest valid row; before the first, when it was first asked */
   double empty_s;       /* time of the record without an alarm that waits */
   uint32_t seq;         /* records sent */
   uint32_t tickets;     /* given out */
@@ -70,6 +70,7 @@ typedef struct rim_alarm_life {
   bool empty_due;
   bool started; /* row_s means something */
   bool stale;
+  bool has_row; /* row_s is a row's */
 } rim_alarm_life;
 
 /* Sets up a life in which nothing has happened. RIM_E_ARGUMENT NULL; RIM_E_CONFIG a time or ratio
@@ -81,7 +82,8 @@ rim_status rimi_alarm_life_init(rim_alarm_life *life, const rim_alarm_life_confi
 rim_status rimi_alarm_life_set_policy(rim_alarm_life *life, const rim_alarm_policy *policy);
 
 /* A valid row came at now_s (finite): ends STALE. To be called before the row's steps. A silence
- * that nobody has asked about is counted here, and breaks what must be found in a row. */
+ * since the row before that nobody has asked about is counted here, and breaks what must be found
+ * in a row. */
 void rimi_alarm_life_row(rim_alarm_life *life, double now_s);
 
 /* What one detector says at now_s (finite), in the row that was last given. candidate: NULL or
