@@ -161,6 +161,36 @@ static void what_would_raise(void **state) {
   assert_false(rimi_alarm_life_would_raise(&life, (rim_detector)RIM_DETECTORS, &a));
 }
 
+/* The number of an alarm that was cleared names none that was raised since and is not told yet; 0
+ * names all that stand where the policy says so. */
+static void an_alarm_without_a_number_is_not_named(void **state) {
+  (void)state;
+  const rim_alarm a = finding(20.0);
+  rim_alarm_life_config config = {.slot = {{.raise_steps = 1, .clear_steps = 1}}};
+  for (uint32_t how = 0; how < 3; ++how) { /* after its CLEARED; as the first one; with any */
+    config.policy.command_any = how == 2;
+    assert_int_equal(rimi_alarm_life_init(&life, &config), RIM_OK);
+    if (how == 0)
+      assert_true(row(1.0, &a) && row(2.0, NULL) && out.state == RIM_ALARM_CLEARED);
+    const uint32_t seq = life.seq;
+    rimi_alarm_life_row(&life, 3.0);
+    rimi_alarm_life_step(&life, RIM_DETECTOR_RIM, 3.0, &a);
+    const rim_alarm_life before = life;
+    rim_command command = {.sequence = seq, .command = RIM_COMMAND_CLEAR};
+    uint32_t forget = 1;
+    assert_int_equal(rimi_alarm_life_command(&life, &command, 8, &forget),
+                     how == 2 ? RIM_OK : RIM_E_DATA);
+    assert_int_equal(forget, how == 2);
+    if (how == 2)
+      continue;
+    assert_memory_equal(&life, &before, sizeof life);
+    assert_true(rimi_alarm_life_next_record(&life, &out) && out.state == RIM_ALARM_RAISED);
+    command.sequence = out.seq;
+    assert_int_equal(rimi_alarm_life_command(&life, &command, 8, &forget), RIM_OK);
+    assert_int_equal(forget, 1);
+  }
+}
+
 /* A restart ends what stands, and leaves what is counted. */
 static void a_restart_leaves_what_is_counted(void **state) {
   (void)state;
@@ -210,6 +240,7 @@ int main(void) {
       cmocka_unit_test(zero_has_no_direction),
       cmocka_unit_test(what_is_not_named_makes_no_other_alarm),
       cmocka_unit_test(what_would_raise),
+      cmocka_unit_test(an_alarm_without_a_number_is_not_named),
       cmocka_unit_test(the_older_record_leaves_first),
       cmocka_unit_test(a_restart_leaves_what_is_counted),
   };

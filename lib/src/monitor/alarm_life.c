@@ -24,10 +24,14 @@ rim_status rimi_alarm_life_init(rim_alarm_life *life, const rim_alarm_life_confi
 
 /* ---- records that wait ---- */
 
+static bool waits_as(const rim_alarm_slot *slot, rim_alarm_state state) {
+  return slot->due && slot->record.state == state;
+}
+
 /* The slot's record is to be sent with this state. A RAISED that has not left yet stays one. */
 static void make_due(rim_alarm_life *life, rim_alarm_slot *slot, double t_s,
                      rim_alarm_state state) {
-  const bool is_unheard = slot->due && slot->record.state == RIM_ALARM_RAISED;
+  const bool is_unheard = waits_as(slot, RIM_ALARM_RAISED);
   slot->record.t_s = t_s;
   slot->record.state =
       (uint8_t)(is_unheard && state == RIM_ALARM_UPDATED ? RIM_ALARM_RAISED : state);
@@ -185,8 +189,8 @@ void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double no
     slot->missing = 0;
   else
     count(&slot->missing);
-  const bool waits_raised = slot->due && slot->record.state == RIM_ALARM_RAISED;
-  const bool waits_cleared = slot->due && slot->record.state == RIM_ALARM_CLEARED;
+  const bool waits_raised = waits_as(slot, RIM_ALARM_RAISED);
+  const bool waits_cleared = waits_as(slot, RIM_ALARM_CLEARED);
   if (!is_held) {
     if (found && slot->found >= config->raise_steps && !waits_cleared)
       begin(life, slot, now_s, candidate);
@@ -204,7 +208,7 @@ bool rimi_alarm_life_over(rim_alarm_life *life, rim_detector detector, double no
   if ((unsigned)detector >= RIM_DETECTORS || !rimi_is_finite(now_s))
     return false;
   rim_alarm_slot *slot = &life->slot[detector];
-  const bool waits_raised = slot->due && slot->record.state == RIM_ALARM_RAISED;
+  const bool waits_raised = waits_as(slot, RIM_ALARM_RAISED);
   if (!slot->stands || slot->is_over || waits_raised)
     return false;
   slot->found = slot->missing = 0;
@@ -214,9 +218,18 @@ bool rimi_alarm_life_over(rim_alarm_life *life, rim_detector detector, double no
 
 /* ---- commands, restarts ---- */
 
+static bool means_any(const rim_alarm_life *life, uint32_t asked) {
+  return asked == 0 && life->config.policy.command_any;
+}
+
 /* On 8 bits 0 is a number like any other: it names record 256 as well as any record. */
-static bool agrees(const rim_alarm_life *life, uint32_t asked, uint32_t have, uint32_t mask) {
-  return (asked == 0 && life->config.policy.command_any) || (asked & mask) == (have & mask);
+static bool agrees(uint32_t asked, uint32_t have, uint32_t mask) {
+  return (asked & mask) == (have & mask);
+}
+
+/* Until its RAISED has left, an alarm has no number: its slot's is of the alarm before. */
+static bool is_named(const rim_alarm_slot *slot, uint32_t asked, uint32_t mask) {
+  return !waits_as(slot, RIM_ALARM_RAISED) && agrees(asked, slot->record.seq, mask);
 }
 
 static void acknowledge(rim_alarm_life *life, rim_alarm_slot *slot) {
@@ -242,16 +255,17 @@ rim_status rimi_alarm_life_command(rim_alarm_life *life, const rim_command *comm
   if (command->command != RIM_COMMAND_ACKNOWLEDGE && command->command != RIM_COMMAND_CLEAR)
     return RIM_E_RANGE;
   const uint32_t mask = bits >= 32u ? UINT32_MAX : ((uint32_t)1 << bits) - 1u;
+  const bool all = means_any(life, command->sequence);
   uint32_t meant = 0, number = 0;
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {
-    if (life->slot[i].stands && agrees(life, command->sequence, life->slot[i].record.seq, mask)) {
+    if (life->slot[i].stands && (all || is_named(&life->slot[i], command->sequence, mask))) {
       meant |= (uint32_t)1 << i;
       ++number;
     }
   }
-  const bool all = command->sequence == 0 && life->config.policy.command_any;
   if (number == 0 || (number > 1 && !all) ||
-      !agrees(life, command->model_id, life->config.model_id, mask))
+      !(means_any(life, command->model_id) ||
+        agrees(command->model_id, life->config.model_id, mask)))
     return RIM_E_DATA;
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {
     if ((meant >> i & 1u) == 0)

@@ -110,7 +110,8 @@ bool rimi_alarm_life_idle(rim_alarm_life *life, double now_s);
 /* Somebody's command. bits: how many low bits of sequence and model_id its bus carries, 8 or 32.
  * *forget: the detectors, as bits 1 << rim_detector, whose memory is to be erased (CLEAR); 0 unless
  * RIM_OK. RIM_E_ARGUMENT NULL; RIM_E_RANGE an unknown command; RIM_E_DATA it is for another model
- * or record, or none stands, or its low bits fit the records of both alarms. */
+ * or record, or none stands, or its low bits fit the records of both alarms. No number names an
+ * alarm whose RAISED waits; where 0 stands for any, it is meant too. */
 rim_status rimi_alarm_life_command(rim_alarm_life *life, const rim_command *command, unsigned bits,
                                    uint32_t *forget);
 
