@@ -88,24 +88,50 @@ static void control_is_checked_before_it_is_used(void **state) {
   }
 }
 
-/* What is kept of an alarm is summed whatever its state, its record while it stands or waits. */
+/* What is kept of an alarm is summed whatever its state; its record while it stands or waits, or
+ * was the last that was sent. */
 static void a_kept_alarm_is_checked(void **state) {
   (void)state;
-  for (uint32_t i = 0; i < 2 * RIM_DETECTORS; ++i) {
+  for (uint32_t i = 0; i < 4 * RIM_DETECTORS; ++i) {
     bench b;
     fresh(&b, false);
-    rim_alarm_slot *slot = &b.monitor->life.slot[i / 2];
-    const bool stands = i % 2 != 0;
+    const uint32_t detector = i % RIM_DETECTORS;
+    rim_alarm_slot *slot = &b.monitor->life.slot[detector];
+    const bool stands = i / 2 == 1, waits = i / 2 == 2, told = i / 2 == 3;
     assert_true(rimi_guard_enter(b.monitor));
     slot->stands = stands;
+    slot->due = waits;
+    b.monitor->life.told = (uint8_t)(told ? detector : 1u - detector);
     rimi_guard_leave(b.monitor);
     turn(&slot->record.seq, 3);
-    assert_int_equal(rimi_guard_header_holds(b.monitor), !stands);
+    assert_int_equal(rimi_guard_header_holds(b.monitor), !stands && !waits && !told);
     turn(&slot->record.seq, 3);
     assert_true(rimi_guard_header_holds(b.monitor));
     turn(&slot->ticket, 2);
     assert_false(rimi_guard_header_holds(b.monitor));
   }
+}
+
+/* The record sent last is given to whoever repeats it, also after its alarm was cleared. */
+static void the_record_of_a_cleared_alarm_is_checked(void **state) {
+  (void)state;
+  static bench b;
+  make_bench(&b, false);
+  uint32_t t = 0;
+  rim_verdict v = {0};
+  while (t < ROWS && v.alarm.state != RIM_ALARM_RAISED)
+    v = step(&b, 904, t++, 1.0);
+  assert_int_equal(v.alarm.state, RIM_ALARM_RAISED);
+  const rim_command clear = {v.alarm.seq, v.alarm.model_id, RIM_COMMAND_CLEAR};
+  assert_int_equal(rim_monitor_command(b.monitor, &clear, 32), RIM_OK);
+  assert_int_equal(step(&b, 904, t++, 0.0).alarm.state, RIM_ALARM_CLEARED);
+  assert_int_equal(fly_until_found(&b, t, t + 3), t + 3);
+  const rim_alarm_status status = rim_monitor_alarms(b.monitor);
+  assert_false(status.stands);
+  assert_int_equal(status.newest.state, RIM_ALARM_CLEARED);
+  turn(&b.monitor->life.slot[RIM_DETECTOR_RIM].record.shift[0], 62);
+  assert_int_equal(rim_monitor_alarms(b.monitor).newest.seq, 0);
+  assert_int_equal(fly_until_found(&b, t + 3, t + 5), t + 3);
 }
 
 /* Nobody acts on damaged memory: neither rows nor commands, and no record leaves. */
@@ -406,6 +432,7 @@ int main(void) {
       cmocka_unit_test(nothing_is_found_in_memory_that_holds),
       cmocka_unit_test(control_is_checked_before_it_is_used),
       cmocka_unit_test(a_kept_alarm_is_checked),
+      cmocka_unit_test(the_record_of_a_cleared_alarm_is_checked),
       cmocka_unit_test(what_is_damaged_says_nothing),
       cmocka_unit_test(observations_are_gone_through),
       cmocka_unit_test(bins_agree_among_each_other),

@@ -16,15 +16,21 @@ static uint32_t sum_between(uint32_t sum, const rim_monitor *m, size_t begin, si
   return rimi_word_sum(sum, (const unsigned char *)m + begin, (end - begin) / 4u);
 }
 
-/* Leaves out what nobody reads, which is half of the header: records of alarms that neither stand
- * nor wait, the verdict's record, which each row overwrites, and gaps where there were none. */
+/* A record that somebody reads: of an alarm that stands or waits; and the one sent last, also while
+ * it is none yet, which rim_monitor_alarms() gives to whoever repeats it. */
+static bool is_read(const rim_alarm_life *life, size_t detector) {
+  const rim_alarm_slot *slot = &life->slot[detector];
+  return slot->stands || slot->due || life->told == detector;
+}
+
+/* Leaves out what nobody reads, which is much of the header: other records, the verdict's record,
+ * which each row overwrites, and gaps where there were none. */
 static uint32_t sum_header(const rim_monitor *m) {
   uint32_t sum = sum_between(HEADER_START, m, AT(life), AT(life.slot));
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {
-    const rim_alarm_slot *slot = &m->life.slot[i];
-    const size_t begin = AT(life.slot) + i * sizeof *slot;
-    sum = sum_between(sum, m, begin + (slot->stands || slot->due ? 0u : sizeof(rim_alarm)),
-                      begin + sizeof *slot);
+    const size_t begin = AT(life.slot) + i * sizeof(rim_alarm_slot);
+    sum = sum_between(sum, m, begin + (is_read(&m->life, i) ? 0u : sizeof(rim_alarm)),
+                      begin + sizeof(rim_alarm_slot));
   }
   const size_t end = m->gaps > 0 ? AT(last.alarm) : AT(gap);
   sum = sum_between(sum, m, AT(life.slot) + RIM_DETECTORS * sizeof m->life.slot[0], end);
