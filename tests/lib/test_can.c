@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* CAN frames: what goes in comes out, to the precision that the bytes have, and nothing else does.
  */
+#include <float.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -397,6 +398,30 @@ static void a_missing_box_is_computed(void **state) {
   assert_int_equal(rim_can_pack_detail_fd(&frame, 1, &a), RIM_E_DATA);
 }
 
+/* Of a box that has an interior the frame carries one, however narrow or far out it lies. */
+static void a_narrow_box_unpacks(void **state) {
+  (void)state;
+  const double far = (double)FLT_MAX;
+  const double middle[] = {1e6, -1.0, 16777216.0, 0.0, 1e-44, 1e-300, far, -far, 1e300};
+  for (size_t i = 0; i < 1 + sizeof middle / sizeof middle[0]; ++i) {
+    const bool is_given = i > 0;
+    const double at = middle[is_given ? i - 1 : 0], half = at == 0.0 ? 1e-60 : 0x1p-40 * fabs(at);
+    rim_alarm a = {.region = {.dims = 1, .center = {at}, .inverse_shape = {1.0}}}, back;
+    rim_can_frame frame;
+    if (is_given) {
+      a.region.lower[0] = at - half;
+      a.region.upper[0] = at + half;
+    } else {
+      a.region.inverse_shape[0] = 1.0 / (half * half);
+    }
+    assert_int_equal(rim_can_pack_detail_fd(&frame, 1, &a), RIM_OK);
+    assert_int_equal(rim_can_unpack_detail_fd(&back, &frame), RIM_OK);
+    const double low = back.region.lower[0], high = back.region.upper[0];
+    assert_true(low < high && high - low <= 4e-7 * fabs(low) + 4e-38);
+    assert_true(fabs(at) >= far || (low < at && at < high));
+  }
+}
+
 static void every_flipped_bit_is_seen(void **state) {
   (void)state;
   const rim_alarm a = sample_alarm(11);
@@ -520,6 +545,7 @@ int main(void) {
       cmocka_unit_test(damaged_segments_are_refused),
       cmocka_unit_test(another_length_or_layout_is_refused),
       cmocka_unit_test(segments_of_others_change_nothing),
+      cmocka_unit_test(a_narrow_box_unpacks),
       cmocka_unit_test(one_fd_frame_carries_the_box),
       cmocka_unit_test(a_missing_box_is_computed),
       cmocka_unit_test(every_flipped_bit_is_seen),

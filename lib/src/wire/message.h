@@ -102,9 +102,13 @@ static inline rim_status check_frame(const rim_can_frame *frame, uint8_t length)
 }
 
 /* Saturates: a double beyond the range of float has no conversion. */
+static inline float as_f32(double x) {
+  return (float)rimi_clamp(x, -(double)FLT_MAX, (double)FLT_MAX);
+}
+
 static inline uint8_t *put_f32(uint8_t *at, const double *value, size_t count) {
   for (size_t i = 0; i < count; ++i)
-    at = rimi_le_put_f32(at, (float)rimi_clamp(value[i], -(double)FLT_MAX, (double)FLT_MAX));
+    at = rimi_le_put_f32(at, as_f32(value[i]));
   return at;
 }
 
@@ -135,12 +139,27 @@ static inline rim_status check_sent(const rim_can_frame *frame, uint32_t first_i
   return frame->length != length ? RIM_E_SIZE : check_frame(frame, length);
 }
 
-/* The region's box as it was given, or computed where it was not. */
-static inline rim_status box_of(rim_region *box, const rim_region *region) {
-  *box = *region;
+static inline bool has_box(const rim_region *region) {
   for (uint8_t d = 0; d < region->dims; ++d)
     if (!(region->lower[d] < region->upper[d]))
-      return rim_region_bounds(box) == RIM_OK ? RIM_OK : RIM_E_DATA;
+      return false;
+  return true;
+}
+
+/* The region's box as it was given, or computed where it was not. Bounds that would be one number
+ * as f32 move out to the next ones, so that whoever reads them finds an interior. */
+static inline rim_status box_of(rim_region *box, const rim_region *region) {
+  *box = *region;
+  if (!has_box(region) && rim_region_bounds(box) != RIM_OK)
+    return RIM_E_DATA;
+  for (uint8_t d = 0; d < box->dims; ++d) {
+    const double both = (double)as_f32(box->lower[d]);
+    const double step = rimi_abs(both) * (double)FLT_EPSILON + (double)FLT_MIN;
+    if (both < (double)as_f32(box->upper[d]))
+      continue;
+    box->lower[d] = both - step;
+    box->upper[d] = both + step;
+  }
   return RIM_OK;
 }
 
