@@ -422,6 +422,16 @@ static void a_narrow_box_unpacks(void **state) {
   }
 }
 
+/* Features are all different: a frame that names one twice would not unpack. */
+static void a_feature_named_twice_is_refused(void **state) {
+  (void)state;
+  rim_can_frame frame;
+  rim_alarm a = {.region = {.dims = 2, .feature = {0xffff, 0xfffe}, .upper = {1.0, 1.0}}};
+  assert_int_equal(rim_can_pack_detail_fd(&frame, 1, &a), RIM_OK);
+  a.region.feature[1] = 0xffff;
+  assert_int_equal(rim_can_pack_detail_fd(&frame, 1, &a), RIM_E_RANGE);
+}
+
 static void every_flipped_bit_is_seen(void **state) {
   (void)state;
   const rim_alarm a = sample_alarm(11);
@@ -546,6 +556,7 @@ int main(void) {
       cmocka_unit_test(another_length_or_layout_is_refused),
       cmocka_unit_test(segments_of_others_change_nothing),
       cmocka_unit_test(a_narrow_box_unpacks),
+      cmocka_unit_test(a_feature_named_twice_is_refused),
       cmocka_unit_test(one_fd_frame_carries_the_box),
       cmocka_unit_test(a_missing_box_is_computed),
       cmocka_unit_test(every_flipped_bit_is_seen),

@@ -112,9 +112,9 @@ typedef struct rim_can_finding {
 } rim_can_finding;
 
 /* Each writes the frames of one record. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: node above
- * RIM_CAN_MAX_NODE, or a count or code of the record out of range; RIM_E_DATA: a number is not
- * finite. On an error nothing is written. A box too narrow for f32 is widened to the next numbers.
- * O(bytes); stack below 300 bytes. */
+ * RIM_CAN_MAX_NODE, or a count or code of the record out of range (FD: or a feature named twice);
+ * RIM_E_DATA: a number is not finite. On an error nothing is written. A box too narrow for f32 is
+ * widened to the next numbers. O(bytes); stack below 300 bytes. */
 rim_status rim_can_pack_summary(rim_can_frame *frame, uint32_t node, const rim_alarm *alarm);
 rim_status rim_can_pack_detail(rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], uint32_t node,
                                const rim_alarm *alarm);

@@ -18,6 +18,7 @@
 #define SUMMARY_REPLAY 8u
 #define FD_LATCHED 0x20u /* bits of byte 16 */
 #define FD_REPLAY 0x40u
+#define ANY_FEATURE 0x10000u /* every index that the frame has room for is below it */
 
 _Static_assert(FIRST_BYTES + SEGMENT_BYTES * (RIM_CAN_DETAIL_FRAMES - 1u) == RECORD_BYTES,
                "the frames hold the record and its check sum, and no padding");
@@ -216,6 +217,8 @@ rim_status rim_can_pack_detail_fd(rim_can_frame *frame, uint32_t node, const rim
   rim_status status = check_record(frame, node, alarm);
   if (status == RIM_OK)
     status = box_of(&box, &alarm->region);
+  if (status == RIM_OK && !rimi_region_names_features(&box, ANY_FEATURE))
+    status = RIM_E_RANGE; /* one twice: nobody could unpack it */
   if (status != RIM_OK)
     return status;
   const uint32_t channels = alarm->channels < FD_CHANNELS ? alarm->channels : FD_CHANNELS;
