@@ -32,6 +32,27 @@ static void times_must_increase(void **state) {
   assert_int_equal(take(&guard, 100.1, 1.3), RIM_CLOCK_BELIEVED);
 }
 
+/* A datagram that comes twice is not another clock, however few rows would be enough of one, and
+ * between the rows of another clock it counts neither for nor against it. */
+static void a_repeated_time_is_no_other_clock(void **state) {
+  (void)state;
+  for (uint32_t rows = 0; rows < 3; ++rows) {
+    const rim_clock_guard_config config = {.max_jump_s = 1.0, .resync_rows = rows};
+    rim_clock_guard guard;
+    memset(&guard, 0, sizeof guard);
+    const double at[] = {10.0, 10.05, 10.05, 10.05, 10.1};
+    for (size_t i = 0; i < sizeof at / sizeof at[0]; ++i)
+      assert_int_equal(rim_clock_guard_take(&guard, &config, at[i], at[i], 0.0),
+                       i == 2 || i == 3 ? RIM_CLOCK_BACK : RIM_CLOCK_BELIEVED);
+    for (uint32_t i = 1; i < rows; ++i) {
+      assert_int_equal(rim_clock_guard_take(&guard, &config, 5.0 + i, 10.2, 0.0), RIM_CLOCK_BACK);
+      assert_int_equal(rim_clock_guard_take(&guard, &config, 10.1, 10.2, 0.0), RIM_CLOCK_BACK);
+    }
+    assert_int_equal(rim_clock_guard_take(&guard, &config, 5.0 + rows, 10.3, 0.0),
+                     RIM_CLOCK_RESTARTED);
+  }
+}
+
 static void a_jump_ahead_is_not_believed(void **state) {
   (void)state;
   rim_clock_guard guard = at_100_s();
@@ -172,6 +193,7 @@ static void witnesses_may_be_apart_by_the_time_that_passed(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(times_must_increase),
+      cmocka_unit_test(a_repeated_time_is_no_other_clock),
       cmocka_unit_test(a_jump_ahead_is_not_believed),
       cmocka_unit_test(silence_explains_a_jump),
       cmocka_unit_test(another_clock_is_believed_when_it_goes_on),

@@ -192,7 +192,7 @@ uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *verdict);
 typedef struct rim_clock_guard_config {
   double max_jump_s;    /* accepted ahead of the newest time, beyond 1.01 times what passed here */
   double max_skew_s;    /* accepted difference from day_s; 0: not compared */
-  uint32_t resync_rows; /* refused in succession, until their clock is accepted; 0: 1 */
+  uint32_t resync_rows; /* refused in succession, no repeats, until their clock is accepted; 0: 1 */
 } rim_clock_guard_config;
 
 typedef struct rim_clock_guard {

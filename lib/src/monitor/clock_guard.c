@@ -41,6 +41,8 @@ rim_clock_answer rim_clock_guard_take(rim_clock_guard *guard, const rim_clock_gu
     believe(guard, t_s, here_s);
     return RIM_CLOCK_BELIEVED;
   }
+  if (t_s == guard->last_s) /* the row that was believed, sent again: no witness of another clock */
+    return RIM_CLOCK_BACK;
   const bool follows = is_near(config, guard->other_s, guard->other_here_s, t_s, here_s);
   guard->refused = follows ? guard->refused + 1 : 1;
   guard->other_s = t_s;
