@@ -133,8 +133,8 @@ bool rim_monitor_next_record(rim_monitor *monitor, rim_alarm *record);
 bool rim_monitor_idle(rim_monitor *monitor, double now_s);
 
 /* Sets what the application asks of the alarms; until then the limit for STALE is the image's. Call
- * it again after init; attach and the resets keep it. Where latching ends, an alarm that it held is
- * cleared. RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: stale_s negative or not finite. O(1). */
+ * it again after init; attach and the resets keep it. Where latching ends, what it held is cleared.
+ * RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: stale_s < 0, not finite; RIM_E_CRC: damaged memory. O(1). */
 rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *policy);
 
 /* Obeys a command from a bus that carries the low `bits` bits of sequence and model_id (8 on CAN,
@@ -142,7 +142,7 @@ rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *
  * command_any, a 0 stands for any. ACKNOWLEDGE: the alarm will not be latched; a latched one is
  * cleared. CLEAR: the alarm is cleared and its detector forgets all observations. Records then
  * wait. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: unknown command; RIM_E_DATA: no alarm stands that it can
- * mean, or both could be meant. On an error nothing changes. O(1); CLEAR: O(memory). */
+ * mean, or both could be; RIM_E_CRC: damaged memory. On errors no effect. O(1), CLEAR O(memory). */
 rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command, unsigned bits);
 
 /* Forgets all observations, and their counts, because the rows' clock moved to now_s within a run
