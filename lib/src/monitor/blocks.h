@@ -3,7 +3,7 @@
  *
  * Rows (say 20 Hz) are checked, limited to what was trained, and gathered `block_rows` at a time.
  * A block's numbers are means over its rows; an angle is unwrapped along the run, so that its mean
- * never jumps. A gap of a quarter of a block (at least three periods) starts the block over.
+ * never jumps. A gap of half a block (at least three periods) starts the block over.
  *
  * What the commands were before the first row, and in such a gap, is not known. A run that begins
  * as the healthy ones began (section BASIS, start) is taken to have rested before; in any other,
