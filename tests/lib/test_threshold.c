@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* threshold: the section is validated whole; scores, thresholds and p-values agree with
  * their definition. */
+#include <float.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -151,8 +152,8 @@ static void counts_end(void **state) {
   }
 }
 
-/* Runs may be alike; no scale with the observations may vanish; and a header without anything
- * behind it is read. */
+/* Runs may be alike; no scale with the observations may vanish or fall below FLT_MIN; and a header
+ * without anything behind it is read. */
 static void what_is_just_allowed(void **state) {
   (void)state;
   rim_threshold t;
@@ -161,8 +162,13 @@ static void what_is_just_allowed(void **state) {
   assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
   for (size_t k = 0; k < KNOTS; ++k) {
     s = make_section();
-    put_f32(&s, 8 + RUNS + k, 0.0f);
-    assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
+    const float least[3] = {0.0f, FLT_MIN / 2.0f, FLT_MIN};
+    for (size_t i = 0; i < 3; ++i) {
+      put_f32(&s, 8 + RUNS + k, least[i]);
+      assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes),
+                       least[i] < FLT_MIN ? RIM_E_RANGE : RIM_OK);
+    }
+    assert_true(rimi_threshold_growth(&t, 1u << k) == (double)FLT_MIN);
   }
   s = make_section();
   assert_int_equal(rimi_threshold_open(&t, s.bytes, RIM_THRESHOLD_HEADER_BYTES), RIM_E_TRUNCATED);

@@ -21,7 +21,7 @@ static bool maxima_ascend(const rim_threshold *t) {
 
 static bool scales_are_valid(const rim_threshold *t) {
   for (size_t i = 0; i < t->knots; ++i) {
-    if (!(rimi_le_f32(t->growth, i) > 0.0f))
+    if (!(rimi_le_f32(t->growth, i) >= FLT_MIN))
       return false;
   }
   for (size_t c = 0; c < t->channels; ++c) {

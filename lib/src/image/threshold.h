@@ -20,7 +20,7 @@
  *   u32 channels, u32 runs, u32 knots, u32 rank
  *   f32 alarm_score, f32 warn_score, f32 promised_rate, f32 reserved
  *   f32 maxima[runs]            ascending largest score of each calibration run (any sign)
- *   f32 growth[knots]         e(n) at n = 2^k; linear in n between; constant outside
+ *   f32 growth[knots]           e(n) >= FLT_MIN at n = 2^k; linear in n between; constant outside
  *   f32 offset[channels] >= 0, f32 scale[channels] > 0 */
 #ifndef RIM_THRESHOLD_H
 #define RIM_THRESHOLD_H
