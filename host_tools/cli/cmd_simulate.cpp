@@ -317,26 +317,26 @@ std::string recipe_of(std::string record) {
   return from < to && to != std::string::npos ? record.erase(from, to - from) : record;
 }
 
-// One record stands for all runs of a folder, so they must all be made by it. An interrupted
-// command leaves runs without a record: they may be made again.
-void check_folder(const Options &o, const std::string &record, const std::string &path) {
-  if (std::filesystem::exists(path)) {
-    if (recipe_of(rim::read_file(path)) == recipe_of(record))
-      return;
-    throw rim::DataError(o.out +
-                         ": holds runs of another world, seed, version or parameters (see " + path +
-                         "): give another folder, or remove them");
-  }
+// One record stands for all runs of a folder: where others stay in it that were made by something
+// else, it says so.
+void warn_of_others(const Options &o, const std::string &record, const std::string &path) {
+  if (std::filesystem::exists(path) && recipe_of(rim::read_file(path)) == recipe_of(record))
+    return;
+  std::size_t others = 0;
   std::error_code none;
   for (const auto &entry : std::filesystem::directory_iterator(o.out, none)) {
     unsigned long long run = 0;
     const std::string name = entry.path().filename().string();
-    if (std::sscanf(name.c_str(), "run_%llu.csv", &run) == 1 &&
-        (run < o.first || run - o.first >= o.runs))
-      throw rim::DataError(
-          o.out + ": holds " + name +
-          ", and no simulate.toml says what made it: " + "give another folder, or remove it");
+    others += std::sscanf(name.c_str(), "run_%llu.csv", &run) == 1 &&
+                      (run < o.first || run - o.first >= o.runs)
+                  ? 1
+                  : 0;
   }
+  if (others > 0)
+    std::fprintf(stderr,
+                 "rim: warning: %s holds %zu %s of another world, seed, version or parameters; "
+                 "simulate.toml is of the new runs alone\n",
+                 o.out.c_str(), others, others == 1 ? "run" : "runs");
 }
 
 void write_record(const std::string &record, const std::string &path) {
@@ -377,7 +377,7 @@ int cmd_simulate(int argc, char **argv) {
     rim::diagnose::apply_extension(extensions, &log);
   }
   const std::string record = record_of(o, world), record_path = o.out + "/simulate.toml";
-  check_folder(o, record, record_path);
+  warn_of_others(o, record, record_path);
   rim::make_folder(o.out);
   std::vector<rim::LabelledLog> truths(o.runs);
   std::vector<std::size_t> rows(o.runs);
