@@ -74,8 +74,8 @@ void rimi_blocks_reset(blocks *b) {
   const blocks_config config = b->config;
   memset(b, 0, rimi_blocks_size(&config));
   b->config = config;
-  b->mean_period_s = b->told_period_s = config.period_s;
-  b->mean_row = 1.0;
+  b->mean_period_s = b->told_period_s = (float)config.period_s;
+  b->mean_row = 1.0f;
   b->out_feature = BLOCKS_NO_FEATURE;
 }
 
@@ -122,7 +122,6 @@ static double limited(blocks *b, size_t f, double x) {
 
 static void begin_block(blocks *b) {
   b->rows_in_block = 0;
-  b->block_periods = 0.0;
   b->adjoins = false;
   b->seconds = 0;
   b->unpaired = 0;
@@ -160,17 +159,21 @@ static void take_gap(blocks *b, double gap_s) {
     b->unpaired = (uint16_t)(b->unpaired + 1u + filled(b));
 }
 
+static void take_mean(float *mean, double of_row) {
+  *mean = (float)((double)*mean + (of_row - (double)*mean) / RATE_ROWS);
+}
+
 /* Where half of the rows are missing the mean time between the rest is now above its limit and now
  * below: what is examined in between is no run at this rate. Nor is one whose rows, with those that
  * are missing, come somewhat faster or slower than any model knows. */
 static void judge_rate(blocks *b) {
-  const double row = rimi_clamp(b->row_periods, 1.0 - RATE_MOST, 1.0 + RATE_MOST);
-  b->mean_row += (row - b->mean_row) / RATE_ROWS;
+  const double row = rimi_clamp((double)b->row_periods, 1.0 - RATE_MOST, 1.0 + RATE_MOST);
+  take_mean(&b->mean_row, row);
   const double off = b->is_off_rate ? RATE_OFF_OVER : BLOCKS_RATE_OFF;
-  const double periods = b->mean_period_s / b->config.period_s;
+  const double periods = (double)b->mean_period_s / b->config.period_s;
   const double slow = b->is_off_rate ? RATE_SLOW_OVER : RATE_SLOW;
   const double fast = b->is_off_rate ? RATE_FAST_OVER : RATE_FAST;
-  b->is_off_rate = periods > slow || periods < fast || rimi_abs(b->mean_row - 1.0) > off;
+  b->is_off_rate = periods > slow || periods < fast || rimi_abs((double)b->mean_row - 1.0) > off;
 }
 
 /* Whether a time is so much longer, or shorter, than so many rows take that a block lies apart. */
@@ -185,18 +188,24 @@ static bool is_late(const blocks *b, double time_s, uint32_t rows) {
 static void take_row_time(blocks *b, double dt) {
   const double rows = 1.0 + (double)b->missing;
   const double periods = rimi_min(dt / b->config.period_s, MOST_MISSING) / rows;
-  b->row_periods = rimi_abs(periods - 1.0) < SAME_RATE ? 1.0 : periods;
-  if (b->health.rows_used != 1)
-    return;
+  b->row_periods = rimi_abs(periods - 1.0) < SAME_RATE ? 1.0f : (float)periods;
   /* Of the first row it is known only now how much time it is for. */
-  b->block_periods *= b->row_periods;
-  for (size_t i = 0; i < b->config.basis.inputs; ++i)
-    blocks_integral(b)[i] *= b->row_periods;
+  for (size_t i = 0; i < b->config.basis.inputs && b->health.rows_used == 1; ++i)
+    blocks_integral(b)[i] *= (double)b->row_periods;
+}
+
+/* How long the block is: its rows, each for as much time as is between them. */
+static double block_periods(const blocks *b) {
+  const double n = (double)b->rows_in_block, time_s = b->previous_s - b->block_start_s;
+  if (n < 2.0 || !(b->config.period_s > 0.0))
+    return n;
+  const double row = time_s / ((n - 1.0) * b->config.period_s);
+  return rimi_abs(row - 1.0) < SAME_RATE ? n : n * row;
 }
 
 static void take_time(blocks *b, double t_s) {
   const blocks_config *c = &b->config;
-  b->row_periods = 1.0;
+  b->row_periods = 1.0f;
   b->bridged = false;
   b->fills = false;
   if (!b->started) {
@@ -208,8 +217,8 @@ static void take_time(blocks *b, double t_s) {
     const double rows = rimi_min(dt / c->period_s - 0.5, MOST_MISSING);
     b->missing = rows >= 1.0 ? (uint32_t)rows : 0u;
     take_row_time(b, dt);
-    b->told_period_s += (dt - b->told_period_s) / RATE_ROWS;
-    b->mean_period_s += (rimi_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
+    take_mean(&b->told_period_s, dt);
+    take_mean(&b->mean_period_s, rimi_min(dt, 2.0 * c->period_s));
     judge_rate(b);
     if (dt > 1.5 * c->period_s)
       take_gap(b, dt);
@@ -406,8 +415,8 @@ static double input_value(const blocks *b, size_t i) {
 /* What is left of the exponential mean t's past after this row and those that are missing. */
 static double keeps(const blocks *b, size_t t) {
   double keep = 1.0 - (double)rimi_le_f32(b->config.basis.share, t);
-  if (b->row_periods != 1.0 && keep > 0.0)
-    keep = rimi_exp(b->row_periods * rimi_log(keep));
+  if (rimi_abs((double)b->row_periods - 1.0) > 0.0 && keep > 0.0)
+    keep = rimi_exp((double)b->row_periods * rimi_log(keep));
   return blocks_power(keep, keep, b->missing);
 }
 
@@ -453,7 +462,8 @@ static void take_input(blocks *b, size_t i, double from, double to, const double
   const rim_basis *n = &b->config.basis;
   const double half = 0.5 * (double)b->missing;
   double *f = blocks_filter(b) + i * n->times, *sum = blocks_filter_sum(b) + i * n->times;
-  blocks_integral(b)[i] += (to + half * (from + to)) * (b->row_periods * b->config.period_s);
+  blocks_integral(b)[i] +=
+      (to + half * (from + to)) * ((double)b->row_periods * b->config.period_s);
   for (size_t t = 0; t < n->times; ++t) {
     const double before = b->health.rows_used == 0 ? mean_before(b, i * n->times + t, to) : f[t];
     const double line = b->missing > 0 ? lag_of(b, t, keep[t]) * (from - to) : 0.0;
@@ -508,7 +518,7 @@ static void take_inputs(blocks *b, const double *before) {
 /* An input's integral at the end of the block, or half as much later as the block is longer: the
  * outcome is a mean, which is of its middle. */
 static double integral_of(const blocks *b, size_t input) {
-  const double longer = b->block_periods - (double)b->config.block_rows;
+  const double longer = block_periods(b) - (double)b->config.block_rows;
   const double mean = blocks_filter_sum(b)[input * b->config.basis.times];
   return blocks_integral(b)[input] - 0.5 * longer * b->config.period_s * mean;
 }
@@ -654,7 +664,7 @@ static void end_block(blocks *b) {
   for (size_t g = 0; g < b->config.integrands; ++g) {
     const double mean = blocks_early(b)[g] / n;
     const double moment = (blocks_late(b)[g] / n - 0.5 * (n - 1.0) * mean) / n;
-    const double longer = b->block_periods / (double)b->config.block_rows;
+    const double longer = block_periods(b) / (double)b->config.block_rows;
     blocks_early(b)[g] = longer * (mean - 2.0 * moment);
     blocks_late(b)[g] = longer * (mean + 2.0 * moment);
   }
@@ -692,7 +702,6 @@ blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, cons
   take_integrands(b);
   count(&b->health.rows_used);
   b->rows_in_block = (uint16_t)(b->rows_in_block + 1u + filled(b));
-  b->block_periods += (1.0 + (double)filled(b)) * b->row_periods;
   if (rimi_blocks_rate_is_wrong(b)) {
     count(&b->health.wrong_rate);
     begin_block(b);
@@ -710,7 +719,7 @@ uint16_t rimi_blocks_out_of_range(const blocks *b, double *value) {
   return b->out_feature;
 }
 bool rimi_blocks_rate_is_wrong(const blocks *b) { return b->is_off_rate; }
-double rimi_blocks_period_s(const blocks *b) { return b->told_period_s; }
+double rimi_blocks_period_s(const blocks *b) { return (double)b->told_period_s; }
 const double *rimi_blocks_context(const blocks *b) { return SUM(b); }
 const double *rimi_blocks_outcomes(const blocks *b) { return OUTCOME(b); }
 const double *rimi_blocks_predicted(const blocks *b) { return PREDICTED(b); }

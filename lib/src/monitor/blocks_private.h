@@ -14,12 +14,12 @@
 struct blocks {
   blocks_config config;
   blocks_health health;
-  double start_s, previous_s, block_start_s, mean_period_s, out_value;
+  double start_s, previous_s, block_start_s, out_value;
   double rolled_s;        /* middle of the block to which the states were rolled */
-  double told_period_s;   /* recent mean time between rows, however long the gaps */
-  double mean_row;        /* recent mean of row_periods, of each no more than RATE_MOST */
-  double row_periods;     /* from each row to the next in the time since the last row */
-  double block_periods;   /* how long the block is so far */
+  float mean_period_s;    /* recent mean time between rows; of each gap at most two periods */
+  float told_period_s;    /* the same, however long the gaps */
+  float mean_row;         /* recent mean of row_periods, of each no more than RATE_MOST off 1 */
+  float row_periods;      /* from each row to the next in the time since the last row */
   float lost_rows;        /* of which nobody knows what the inputs did, times what they moved */
   uint32_t count;         /* blocks ended */
   uint16_t rows_in_block; /* with those that are filled in */
