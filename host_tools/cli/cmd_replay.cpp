@@ -34,9 +34,9 @@ struct Options {
 const char *const kFooter =
     "The last line is 'digest HEX', a hash of every verdict: two replays with equal digests gave\n"
     "the same verdicts to the last bit. Alarms carry the replay flag.\n"
-    "Exit status 3, also when a log in which nothing was found is STALE: rows come at another\n"
-    "rate, are too few, or fail to come for a time. Otherwise 1 with --fail-on-alarm when\n"
-    "something was found, and 0.\n\n"
+    "With --fail-on-alarm the exit status is 1 when something was found, and 3 when a log in\n"
+    "which nothing was found is STALE: rows are too few, or nobody judged a tenth of it. It is\n"
+    "always 3 when rows come at another rate.\n\n"
     "Example: one faulty landing; its alarms go to a file and over LCM\n"
     "  rim replay --model lander.rim faulty/run_0101.csv --alarms alarms.jsonl \\\n"
     "      --plot alarms.svg --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
@@ -244,7 +244,7 @@ struct Tally {
     stale += rim::is_stale(log) && !found_here ? 1 : 0;
     ++logs;
   }
-  // A log that nobody judged must not look like a good one.
+  // A log that nobody judged must not look like a good one to whom the status is to say so.
   int status(bool fail_on_alarm) const {
     if (stale > 0)
       std::fprintf(stderr,
@@ -253,7 +253,9 @@ struct Tally {
                    stale, logs,
                    other_rate ? " (for rows at another rate a schema with resample_hz may help)"
                               : "");
-    return stale > 0 ? rim::EXIT_DATA : found && fail_on_alarm ? rim::EXIT_FOUND : rim::EXIT_FINE;
+    if (other_rate || (stale > 0 && fail_on_alarm))
+      return rim::EXIT_DATA;
+    return found && fail_on_alarm ? rim::EXIT_FOUND : rim::EXIT_FINE;
   }
 };
 

@@ -9,6 +9,7 @@
 #include "image/rolled.h"
 
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
+#define RATE_FIRST 8.0 /* the same of a run's first rows: another rate is told before an alarm */
 /* Mean time between rows, in periods: from where the rate is wrong, and from where right again. */
 #define RATE_SLOW 1.5
 #define RATE_SLOW_OVER 1.25
@@ -159,8 +160,8 @@ static void take_gap(blocks *b, double gap_s) {
     b->unpaired = (uint16_t)(b->unpaired + 1u + filled(b));
 }
 
-static void take_mean(float *mean, double of_row) {
-  *mean = (float)((double)*mean + (of_row - (double)*mean) / RATE_ROWS);
+static void take_mean(float *mean, double of_row, double rows) {
+  *mean = (float)((double)*mean + (of_row - (double)*mean) / rows);
 }
 
 /* Where half of the rows are missing the mean time between the rest is now above its limit and now
@@ -168,7 +169,7 @@ static void take_mean(float *mean, double of_row) {
  * are missing, come somewhat faster or slower than any model knows. */
 static void judge_rate(blocks *b) {
   const double row = rimi_clamp((double)b->row_periods, 1.0 - RATE_MOST, 1.0 + RATE_MOST);
-  take_mean(&b->mean_row, row);
+  take_mean(&b->mean_row, row, rimi_clamp((double)b->health.rows_used, RATE_FIRST, RATE_ROWS));
   const double off = b->is_off_rate ? RATE_OFF_OVER : BLOCKS_RATE_OFF;
   const double periods = (double)b->mean_period_s / b->config.period_s;
   const double slow = b->is_off_rate ? RATE_SLOW_OVER : RATE_SLOW;
@@ -217,8 +218,8 @@ static void take_time(blocks *b, double t_s) {
     const double rows = rimi_min(dt / c->period_s - 0.5, MOST_MISSING);
     b->missing = rows >= 1.0 ? (uint32_t)rows : 0u;
     take_row_time(b, dt);
-    take_mean(&b->told_period_s, dt);
-    take_mean(&b->mean_period_s, rimi_min(dt, 2.0 * c->period_s));
+    take_mean(&b->told_period_s, dt, RATE_ROWS);
+    take_mean(&b->mean_period_s, rimi_min(dt, 2.0 * c->period_s), RATE_ROWS);
     judge_rate(b);
     if (dt > 1.5 * c->period_s)
       take_gap(b, dt);
