@@ -27,7 +27,8 @@ constexpr double kMargin = 0.02;
 // Roundings to single precision that the same value may differ by: of a reading, of a factor
 // between units, and of the bound.
 constexpr double kRoundings = 2.0;
-constexpr double kNearZero = 1e-9; // what a value that is always 0 may be off by
+constexpr double kNearZero = 1e-9;   // what a value that is always 0 may be off by
+constexpr double kOfMagnitude = 1e-3, kOfSpread = 0.5; // what it may vary by unseen, at most
 
 void check_rates(const Survey &survey, double period_s) {
   for (const RunFacts &run : survey.runs) {
@@ -187,7 +188,9 @@ double range_margin(double low, double high, double part) {
     return kNearZero;
   const auto rounded = static_cast<float>(magnitude);
   const double step = static_cast<double>(std::nextafter(rounded, HUGE_VALF) - rounded);
-  return std::max(part * (high - low), kRoundings * step);
+  const double spread = high - low, of_magnitude = kOfMagnitude * magnitude;
+  const double more = spread > 0.0 ? std::min(of_magnitude, kOfSpread * spread) : of_magnitude;
+  return std::max({part * spread, more, kRoundings * step});
 }
 
 HealthyRuns healthy_runs(LogSet *logs, const BlockingOptions &options) {

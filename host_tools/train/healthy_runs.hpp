@@ -18,9 +18,9 @@
 
 namespace rim {
 
-// By how much a range that was seen is widened: by a part of its spread. With its magnitude the
-// range of a latitude would be kilometres wider than the field that was driven. What never changed
-// gets what the rounding of its readings needs, for a range must have a width.
+// By how much a range that was seen is widened: by a part of its spread, and by a thousandth of its
+// magnitude where that is less than half of the spread. Else the range of a latitude would be
+// kilometres wider than the field that was driven. What never changed has no spread.
 double range_margin(double low, double high, double part);
 
 // Of all logs together.

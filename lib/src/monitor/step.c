@@ -368,7 +368,8 @@ static void give_reason(rim_monitor *m, rim_verdict *v) {
   const bool is_blind = m->unseen >= RIM_MONITOR_LEAST_BLOCKS; /* what it said before grows old */
   if (v->reason == RIM_REASON_NONE && is_blind)
     v->reason = RIM_REASON_TOO_FEW;
-  if ((v->reason == RIM_REASON_RATE || is_blind) && v->level != RIM_LEVEL_ERROR)
+  const bool is_unseen = v->reason == RIM_REASON_TOO_FEW && is_blind;
+  if ((v->reason == RIM_REASON_RATE || is_unseen) && v->level != RIM_LEVEL_ERROR)
     v->level = RIM_LEVEL_STALE;
 }
 
