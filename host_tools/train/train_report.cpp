@@ -29,15 +29,18 @@ std::string outcome_report(const Training &training) {
                {"model", ""}});
   static const char *const how[] = {"residuals", "levels", "integral", "few readings",
                                     "what integrates it", "products"};
-  std::string blind;
+  std::string blind, constant;
   for (std::size_t o = 0; o < training.outcomes.size(); ++o) {
     const OutcomeReport &r = training.outcomes[o];
     const std::string words = quantity_of(plan.layout.outcome_names[o]).words;
     const std::string unit = plan.layout.outcome_units[o];
     table.add({words, unit.empty() ? "-" : unit, plan.layout.external ? "-" : cell(r.r2, 3),
                plan.layout.external ? "-" : cell(r.error, 3), cell(r.agreement, 3), how[r.source],
-               cell(r.effect, 3), cell(r.rho, 2), cell(r.detectable, 3),
+               cell(r.effect, 3), cell(r.rho, 2),
+               std::isfinite(r.detectable) ? cell(r.detectable, 3) : "never",
                plan.layout.external ? "your own" : r.model});
+    if (!std::isfinite(r.detectable))
+      constant += (constant.empty() ? "" : ", ") + words;
     constexpr double poor = 0.3;
     if (!plan.layout.external && r.r2 < poor && r.agreement > 1.0 - poor)
       blind += (blind.empty() ? "" : ", ") + words;
@@ -45,6 +48,10 @@ std::string outcome_report(const Training &training) {
   text += table.text();
   text += "'Seen from' is the constant offset over half of a run that reaches the alarm, in the "
           "outcome's unit\n";
+  if (!constant.empty())
+    text += "No offset is ever seen in " + constant +
+            ": healthy runs teach nothing of how it varies. There the monitor sees only what is "
+            "out of range, scatters or repeats\n";
   if (!blind.empty())
     text += "Neither the commands nor the other sensors explain " + blind +
             ". There the monitor sees only what no healthy run did\n";

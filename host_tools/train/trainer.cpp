@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 
@@ -248,7 +249,7 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
     report.model = model_words(training->plan.layout, training->plan.basis, behaviour.targets[o]);
     report.agreement = agreement.error[o];
     report.source = agreement.source[o];
-    report.detectable = 1e300;
+    report.detectable = std::numeric_limits<double>::infinity();
     for (const std::size_t c : {o, outcomes + o}) {
       const ChannelNoise &n = training->noise.channels[c];
       if (!n.active || (c != o && report.source == AGREEMENT_INTO))

@@ -27,7 +27,8 @@ struct OutcomeReport {
   double agreement = 1.0;                      // its error over behaviour's
   int source = 0;                              // agreement_source
   double noise = 0.0, effect = 0.0, rho = 0.0; // of the better channel
-  double detectable = 0.0; // constant offset over half of a run that reaches the alarm
+  // Constant offset over half of a run that reaches the alarm; infinite: none does.
+  double detectable = 0.0;
   std::string model;       // which terms, in words
 };
 

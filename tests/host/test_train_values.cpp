@@ -3,8 +3,10 @@
 // the Earth in millimetres), and readings that stay as they are over a whole run.
 #include "base/rng.h"
 #include "replay/replay.hpp"
+#include "train/train_report.hpp"
 #include "train/trainer.hpp"
 
+#include <cmath>
 #include <cstdarg>
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 9500; // of the first run
 constexpr std::size_t kRows = 600, kRuns = 14, kFlights = 4;
-enum { kFlow, kPressure, kTyre };
+enum { kFlow, kPressure, kTyre, kFixed };
 
 // A pump; its pressure counts from `offset`. The tyre's pressure is another one in every run, and
 // from the middle of this one on `jump` more.
@@ -29,8 +31,9 @@ rim::Log run(std::uint64_t seed, double offset, double jump = 0.0) {
   log.columns = {{"u.duty", "", rim::Role::command},
                  {"s.flow_lpm", "l/min", rim::Role::sensor},
                  {"s.press_kPa", "kPa", rim::Role::sensor},
-                 {"s.tyre_kPa", "kPa", rim::Role::sensor}};
-  log.values.resize(static_cast<Eigen::Index>(kRows), 4);
+                 {"s.tyre_kPa", "kPa", rim::Role::sensor},
+                 {"s.fixed_V", "V", rim::Role::sensor}};
+  log.values.resize(static_cast<Eigen::Index>(kRows), 5);
   const double tyre = 180.0 + rimi_rng_below(&rng, 60);
   double duty = 0.0, flow = 40.0 * rimi_rng_uniform(&rng);
   for (std::size_t t = 0; t < kRows; ++t) {
@@ -39,7 +42,8 @@ rim::Log run(std::uint64_t seed, double offset, double jump = 0.0) {
     flow += (40.0 * duty - flow) / 6.0;
     log.t_s.push_back(0.1 * static_cast<double>(t));
     log.values.row(static_cast<Eigen::Index>(t)) << duty, flow + 0.2 * rimi_rng_normal(&rng),
-        offset + 2.0 * flow + 0.5 * rimi_rng_normal(&rng), tyre + (t < kRows / 2 ? 0.0 : jump);
+        offset + 2.0 * flow + 0.5 * rimi_rng_normal(&rng), tyre + (t < kRows / 2 ? 0.0 : jump),
+        4.999;
   }
   return log;
 }
@@ -73,6 +77,9 @@ void a_reading_that_stays_is_watched(void **) {
   const rim::Training training = trained(0.0);
   const double seen = training.outcomes[kTyre].detectable;
   assert_true(seen > 0.0 && seen < 5.0);
+  assert_false(std::isfinite(training.outcomes[kFixed].detectable)); // the same in all runs
+  assert_true(rim::outcome_report(training).find("No offset is ever seen in fixed:") !=
+              std::string::npos);
   rim::Replayer replayer(rim::make_image(training.plan), "pump");
   for (std::size_t i = 0; i < kFlights; ++i) {
     assert_int_equal(replayer.replay(run(kSeed + 100 + i, 0.0), {}).raised, 0);
