@@ -35,7 +35,7 @@ const char *const kFooter =
     "The last line is 'digest HEX', a hash of every verdict: two replays with equal digests gave\n"
     "the same verdicts to the last bit. Alarms carry the replay flag.\n"
     "With --fail-on-alarm the exit status is 1 when something was found, and 3 when a log in\n"
-    "which nothing was found is STALE: rows are too few, or nobody judged a tenth of it. It is\n"
+    "which nothing was found is STALE: rows are too few, or a tenth of it was not judged. It is\n"
     "always 3 when rows come at another rate.\n\n"
     "Example: one faulty landing; its alarms go to a file and over LCM\n"
     "  rim replay --model lander.rim faulty/run_0101.csv --alarms alarms.jsonl \\\n"

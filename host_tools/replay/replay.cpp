@@ -439,7 +439,7 @@ std::string silence_text(const ReplayedLog &log) {
 std::string unjudged_text(const ReplayedLog &log) {
   std::string text = log.silences.empty() ? "" : silence_text(log);
   if (log.blind_s > 0.0)
-    text += fmt::format("{}blocks that say nothing of any outcome, from t = {:.2f} s on ({:.3g} s "
+    text += fmt::format("{}blocks that say nothing of any outcome, first at t = {:.2f} s ({:.3g} s "
                         "of {:.3g} s)",
                         text.empty() ? "" : "; ", log.blind_from_s, log.blind_s, log.recorded_s);
   return text;

@@ -131,7 +131,7 @@ ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
 // Whether most rows came at another rate than the image's: nothing was examined.
 bool is_at_another_rate(const ReplayedLog &log);
 
-// Whether the run, or a part of it, was judged by nobody: another rate, too few rows, a silence.
+// Whether nobody judged the run, or more than a tenth of it: another rate, too few rows, silence.
 // doubt() says which.
 bool is_stale(const ReplayedLog &log);
 

@@ -59,7 +59,7 @@ std::vector<Matrix> all_residuals(const RunStore &runs, const Behaviour &behavio
 void settle_exact(NoiseModel *noise, const std::vector<SearchRun> &seen,
                   const std::vector<std::size_t> &which, std::size_t outcomes) {
   constexpr double exact = 1e-6, least = 0.01; // of what runs differ by
-  constexpr double rounds = 1e-7;             // of a value, in single precision
+  constexpr double rounds = 1e-7;              // of a value, in single precision
   for (std::size_t o = 0; o < outcomes; ++o) {
     double low = 1e300, high = -1e300;
     for (const std::size_t r : which) {
@@ -70,15 +70,13 @@ void settle_exact(NoiseModel *noise, const std::vector<SearchRun> &seen,
     // One that is the same in all runs teaches nothing but its rounding.
     const bool is_constant = !(high - low > rounds * std::max(std::abs(low), std::abs(high)));
     for (ChannelNoise *c : {&noise->channels[o], &noise->channels[outcomes + o]}) {
-      if (c->active && c->s >= exact * (high - low) && !is_constant)
-        continue;
       if (is_constant) {
         c->active = false;
-        continue;
+      } else if (!c->active || c->s < exact * (high - low)) {
+        c->active = true;
+        c->s = least * (high - low);
+        c->combination.resize(0, c->combination.cols());
       }
-      c->active = true;
-      c->s = least * (high - low);
-      c->combination.resize(0, c->combination.cols());
     }
   }
 }

@@ -39,10 +39,7 @@ static void send(uint32_t t) {
   row r;
   double value[VALUES];
   make_row(&r, true, 900, t, 0.0);
-  memcpy(value, r.context, D * sizeof value[0]);
-  memcpy(value + D, r.outcome, O * sizeof value[0]);
-  memcpy(value + D + O, r.mean, O * sizeof value[0]);
-  memcpy(value + D + 2 * O, r.sd, O * sizeof value[0]);
+  put_values(&r, value);
   woke_ns += 1000;
   rimd_row(&d, r.t_s, value, VALUES, woke_ns);
 }

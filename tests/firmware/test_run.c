@@ -399,10 +399,7 @@ static void send_day(day *x, uint32_t t, uint32_t fate) {
   row r;
   double values[VALUES];
   make_row(&r, true, 901, t, 0.0);
-  memcpy(values, r.context, D * sizeof values[0]);
-  memcpy(values + D, r.outcome, O * sizeof values[0]);
-  memcpy(values + D + O, r.mean, O * sizeof values[0]);
-  memcpy(values + D + 2 * O, r.sd, O * sizeof values[0]);
+  put_values(&r, values);
   double t_s = r.t_s + x->offset_s;
   uint32_t n = VALUES;
   if (fate < 100) { /* one in a hundred is lost on the way */
@@ -650,10 +647,7 @@ static void what_waits_is_bounded(void **state) {
     row r;
     double values[VALUES];
     make_row(&r, true, 900, t, 2.0);
-    memcpy(values, r.context, D * sizeof values[0]);
-    memcpy(values + D, r.outcome, O * sizeof values[0]);
-    memcpy(values + D + O, r.mean, O * sizeof values[0]);
-    memcpy(values + D + 2 * O, r.sd, O * sizeof values[0]);
+    put_values(&r, values);
     rimd_row(&d, r.t_s, values, VALUES, rimd_now_ns());
   }
   assert_int_equal(d.held_count, 1); /* the alarm that was found, with a number of its own */

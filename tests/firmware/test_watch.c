@@ -45,10 +45,7 @@ static bool offer(uint32_t t, double more_s) {
   double value[VALUES];
   rim_verdict verdict = {0};
   make_row(&r, true, 900, t, 0.0);
-  memcpy(value, r.context, D * sizeof value[0]);
-  memcpy(value + D, r.outcome, O * sizeof value[0]);
-  memcpy(value + D + O, r.mean, O * sizeof value[0]);
-  memcpy(value + D + 2 * O, r.sd, O * sizeof value[0]);
+  put_values(&r, value);
   assert_int_equal(rim_watch_row(&watch, r.t_s + more_s, value, VALUES, &verdict), RIM_OK);
   return verdict.valid;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Readings that single precision holds only in part (a clock that counts from 1970, a position on
-// the Earth in millimetres), and readings that stay as they are over a whole run.
+// the Earth in millimetres), readings that stay as they are over a whole run, and runs of which
+// nothing can be said.
 #include "base/rng.h"
 #include "replay/replay.hpp"
 #include "train/train_report.hpp"
@@ -23,7 +24,7 @@ enum { kFlow, kPressure, kTyre, kFixed };
 
 // A pump; its pressure counts from `offset`. The tyre's pressure is another one in every run, and
 // from the middle of this one on `jump` more.
-rim::Log run(std::uint64_t seed, double offset, double jump = 0.0) {
+rim::Log run(std::uint64_t seed, double offset, double jump = 0.0, std::size_t rows = kRows) {
   rim_rng rng;
   rimi_rng_seed(&rng, seed, 7);
   rim::Log log;
@@ -33,10 +34,10 @@ rim::Log run(std::uint64_t seed, double offset, double jump = 0.0) {
                  {"s.press_kPa", "kPa", rim::Role::sensor},
                  {"s.tyre_kPa", "kPa", rim::Role::sensor},
                  {"s.fixed_V", "V", rim::Role::sensor}};
-  log.values.resize(static_cast<Eigen::Index>(kRows), 5);
+  log.values.resize(static_cast<Eigen::Index>(rows), 5);
   const double tyre = 180.0 + rimi_rng_below(&rng, 60);
   double duty = 0.0, flow = 40.0 * rimi_rng_uniform(&rng);
-  for (std::size_t t = 0; t < kRows; ++t) {
+  for (std::size_t t = 0; t < rows; ++t) {
     if (t % 30 == 0)
       duty = rimi_rng_uniform(&rng);
     flow += (40.0 * duty - flow) / 6.0;
@@ -93,10 +94,44 @@ void a_reading_that_stays_is_watched(void **) {
   }
 }
 
+// A motor that warms as slowly as a run lasts.
+rim::Log warm(std::uint64_t seed, std::size_t rows) {
+  rim::Log log = run(seed, 0.0, 0.0, rows);
+  log.columns.resize(2);
+  log.columns[1] = {"s.motor_degC", "degC", rim::Role::sensor};
+  rim_rng rng;
+  rimi_rng_seed(&rng, seed, 8);
+  double motor = 20.0;
+  for (Eigen::Index t = 0; t < log.values.rows(); ++t) {
+    motor += (20.0 + 100.0 * log.values(t, 0) - motor) / kRows;
+    log.values(t, 1) = motor + 0.1 * rimi_rng_normal(&rng);
+  }
+  log.values = log.values.leftCols(2).eval();
+  return log;
+}
+
+// Of a run five times as long as any that was learnt: what its slow means hold is from longer ago
+// than any healthy run went.
+void what_says_nothing_of_any_outcome_is_stale(void **) {
+  std::vector<rim::Log> logs;
+  for (std::size_t i = 0; i < kRuns; ++i)
+    logs.push_back(warm(kSeed + i, kRows));
+  rim::Replayer replayer(rim::make_image(rim::train(logs, {}).plan), "motor");
+  const rim::ReplayedLog usual = replayer.replay(warm(kSeed + 100, kRows), {});
+  assert_true(!rim::is_stale(usual) && !(usual.blind_s > 0.0));
+  const rim::ReplayedLog longer = replayer.replay(warm(kSeed + 101, 5 * kRows), {});
+  assert_true(rim::is_stale(longer) && longer.raised == 0);
+  assert_true(longer.blind_from_s > 0.1 * kRows && longer.blind_s > 0.3 * longer.duration_s);
+  assert_true(rim::replay_text(longer, replayer.names()).find(
+                  "STALE: blocks that say nothing of any outcome, first at t = ") !=
+              std::string::npos);
+}
+
 } // namespace
 
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(large_values_make_no_false_alarms),
-                              cmocka_unit_test(a_reading_that_stays_is_watched)};
+                              cmocka_unit_test(a_reading_that_stays_is_watched),
+                              cmocka_unit_test(what_says_nothing_of_any_outcome_is_stale)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

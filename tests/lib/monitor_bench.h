@@ -341,6 +341,14 @@ static void start(bench *b) {
       RIM_OK);
 }
 
+/* What a source sends of a row with predictions: value[D + 3 O]. */
+static inline void put_values(const row *r, double *value) {
+  memcpy(value, r->context, sizeof r->context);
+  memcpy(value + D, r->outcome, sizeof r->outcome);
+  memcpy(value + D + O, r->mean, sizeof r->mean);
+  memcpy(value + D + 2 * O, r->sd, sizeof r->sd);
+}
+
 static rim_verdict step(const bench *b, uint32_t run, uint32_t t, double shift) {
   row r;
   rim_verdict v;

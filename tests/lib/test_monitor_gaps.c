@@ -52,7 +52,7 @@ static void a_state_is_known_where_noise_lasts(void **state) {
   assert_known(true, true, false, false);
   take_rows(GAP_AT + GAP + 1, ENDS);
   assert_known(true, true, true, true);
-  put_rho(&r, OUT, 0.901); /* as much is enough */
+  put_rho(&r, OUT, 0.9); /* as much is enough */
   begin(&r);
   take_rows(0, GAP_AT);
   take_rows(GAP_AT + GAP, GAP_AT + GAP + 1);

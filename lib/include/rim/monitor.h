@@ -38,7 +38,7 @@ typedef enum rim_reason {
   RIM_REASON_NONE = 0,         /* the level is about the vehicle */
   RIM_REASON_SILENT = 1,       /* no usable row for longer than the limit for STALE */
   RIM_REASON_RATE = 2,         /* rows come at another rate than the image was trained for */
-  RIM_REASON_TOO_FEW = 3,      /* fewer blocks were examined than a verdict needs */
+  RIM_REASON_TOO_FEW = 3,      /* too few blocks, or the newest ones, said anything of an outcome */
   RIM_REASON_OUT_OF_RANGE = 4, /* a value beyond what was trained: out_feature, out_value */
   RIM_REASON_INTEGRITY = 5     /* the monitor's memory is damaged, see rim_monitor_repair */
 } rim_reason;

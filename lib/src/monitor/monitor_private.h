@@ -87,7 +87,8 @@ struct rim_monitor {
   uint32_t steps, refused, partly;
   uint16_t channel_count, out_feature;
   monitor_gap gap[MONITOR_GAPS]; /* not trained: the newest ones, in order */
-  uint32_t gaps, unseen;           /* trained: blocks in a row that said nothing of any outcome */
+  uint32_t gaps;
+  uint32_t unseen; /* trained: blocks in a row, the newest ones, that said nothing of any outcome */
   rim_verdict last; /* what a row that completes no block repeats; interference: NULL */
   rim_interference_verdict motion; /* of the newest row */
   monitor_guard guard;             /* sums all that is above: last */

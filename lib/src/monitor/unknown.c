@@ -6,6 +6,8 @@
 #include "image/rolled.h"
 #include "monitor/monitor_private.h"
 
+#define ROUNDED 1e-7 /* of a number of the image */
+
 /* Nothing is known of outcomes that depend on these states: bit s for state s. */
 static void doubt_states(const rim_monitor *m, uint32_t uncertain, double *error) {
   const rim_basis *basis = rimi_blocks_basis(m->rows);
@@ -27,7 +29,7 @@ static void add_resumed(const rim_monitor *m, double *error) {
   for (uint32_t s = 0; s < basis->states; ++s) {
     const size_t o = rimi_le_index(basis->state, s, m->words[RIM_CONFIG_OUTCOMES]);
     const double rho = (double)rimi_noise_channel(&m->models.noise, (uint32_t)o).rho;
-    if (rimi_blocks_state_kept(m->rows)[s] * (1.0 - rho) > MONITOR_MOST_UNKNOWN)
+    if (rimi_blocks_state_kept(m->rows)[s] * (1.0 - rho) > MONITOR_MOST_UNKNOWN + ROUNDED)
       uncertain |= UINT32_C(1) << s;
   }
   doubt_states(m, uncertain, error);
