@@ -10,8 +10,8 @@ namespace rim {
 
 // Groups of terms of section BASIS, from which a model takes some. outside: of sensors, which show
 // what acts on the vehicle from outside (wind, ambient temperature, slope). rolled: of the rolled
-// states.
-enum class TermGroup { mean, shape, slow, initial, steep, outside, rolled };
+// states. movement: of how commands move.
+enum class TermGroup { mean, shape, slow, initial, steep, outside, rolled, movement };
 
 // Section BASIS as numbers. Center 0 and scale 1 until they are learnt.
 struct Basis {

@@ -64,6 +64,8 @@ std::vector<double> begin_of(const Basis &basis, const RunStore &runs, double pe
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
     for (std::size_t f = 0; f < term.size(); ++f) {
+      if (rimi_basis_is_movement(basis.inputs[f / times].b))
+        continue; // nothing moved before the first row
       const Eigen::Index input = term[f - f % times];
       for (Eigen::Index b = 0; b < runs[r].blocks() && term[f] >= 0 && input >= 0; ++b) {
         const double rows = runs[r].time_s[b] / period_s + 1.0;

@@ -227,7 +227,8 @@ Behaviour fit_behaviour(Basis *basis, const Layout &layout,
     fitter = std::make_unique<Fitter>(*basis, runs, &rolled.values);
     choose_states(*fitter, *basis, layout, &chosen);
   }
-  choose_quick(*fitter, *basis, layout, &chosen);
+  for (const auto less : {&TargetModel::quick, &TargetModel::still})
+    choose_less(*fitter, *basis, layout, less, &chosen);
   leave_out(*fitter, *basis, layout, &chosen.targets);
   return fit_targets(*fitter, *basis, layout, runs, chosen.targets);
 }

@@ -15,6 +15,7 @@ namespace rim {
 struct TargetModel {
   bool shape = false, slow = false, initial = false, steep = false; // groups beside the means
   bool quick = false;                 // without the slow filters of commands
+  bool still = false;                 // without how commands move
   std::vector<std::size_t> outside;   // outcomes that are inputs of this one
   std::vector<std::uint16_t> states;  // rolled states that are inputs of this one
   std::vector<std::uint16_t> without; // features of which no term is made: see leave_out()

@@ -98,6 +98,10 @@ void drop_unused_inputs(Basis *basis) {
     if (t.op == BASIS_INTEGRAL)
       used[t.a] = true;
   }
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (used[i] && rimi_basis_is_movement(basis->inputs[i].b))
+      used[rimi_basis_moves(basis->inputs[i].b)] = true;
+  }
   std::vector<std::uint16_t> place;
   std::vector<Basis::Input> inputs;
   std::vector<double> begin;
@@ -106,6 +110,10 @@ void drop_unused_inputs(Basis *basis) {
     if (!used[i])
       continue;
     inputs.push_back(basis->inputs[i]);
+    if (rimi_basis_is_movement(inputs.back().b)) {
+      const std::uint32_t p = rimi_basis_moves(inputs.back().b);
+      inputs.back().b = static_cast<std::uint16_t>(inputs.back().b - p + place[p]);
+    }
     for (std::size_t k = 2 * times * i; k < 2 * times * (i + 1) && !basis->begin.empty(); ++k)
       begin.push_back(basis->begin[k]);
   }

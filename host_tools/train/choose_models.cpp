@@ -48,14 +48,14 @@ constexpr double kFurtherMustWin = 0.1;
 // rolled forward itself where a model leaves more than this part of its deviation, whole runs
 // counted.
 constexpr double kRolledMustWin = 0.1, kRolledMayWin = 0.05;
-constexpr double kRolledWorth = 0.05;
+constexpr double kRolledWorth = 0.02;
 
 // Filters of commands that are slower than this part of the slowest one are told apart from the
-// others by how the runs began, and by little else. A target does without them where its error
-// becomes larger by no more than this: a run that begins as few others do (at speed) would be
-// predicted by weights that these few runs have set.
+// others by how the runs began, and by little else: a run that begins as few others do (at speed)
+// would be predicted by weights that these few runs have set. A target does without them, and
+// without how commands move, where its error becomes larger by no more than this.
 constexpr double kQuick = 0.05;
-constexpr double kQuickMayLose = 0.03;
+constexpr double kLessMayLose = 0.03;
 
 bool holds(const std::vector<std::uint16_t> &all, std::uint16_t one) {
   return std::find(all.begin(), all.end(), one) != all.end();
@@ -90,7 +90,7 @@ std::vector<std::uint16_t> features_of(const Basis &basis, const Basis::Term &te
   for (const std::size_t i : inputs_of(basis, term)) {
     const Basis::Input &in = basis.inputs[i];
     features.push_back(in.a);
-    if (in.b < BASIS_LEAST_HARMONIC) // a product
+    if (rimi_basis_is_product(in.b))
       features.push_back(static_cast<std::uint16_t>(in.b & ~BASIS_OF_PRODUCT));
   }
   return features;
@@ -118,7 +118,7 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std
   };
   for (std::size_t i = 0; i < basis.terms.size(); ++i) {
     const TermGroup g = basis.terms[i].group;
-    if (g == TermGroup::mean || (g == TermGroup::shape && choice.shape) ||
+    if (g == TermGroup::mean || g == TermGroup::movement || (g == TermGroup::shape && choice.shape) ||
         (g == TermGroup::slow && choice.slow) || (g == TermGroup::steep && choice.steep) ||
         (g == TermGroup::outside && is_input(basis.terms[i]) &&
          (basis.terms[i].op == BASIS_MEAN || choice.shape)) ||
@@ -138,6 +138,7 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Layout &layout,
     const Basis::Term &term = basis.terms[static_cast<std::size_t>(i)];
     const std::vector<std::uint16_t> of_it = features_of(basis, term);
     return (model.quick && is_slow(basis, term)) ||
+           (model.still && term.group == TermGroup::movement) ||
            std::any_of(of_it.begin(), of_it.end(),
                        [&model](std::uint16_t f) { return holds(model.without, f); });
   };
@@ -158,20 +159,21 @@ TargetModel choose_among(const std::vector<std::vector<std::vector<double>>> &er
       continue;
     if (kChoices[c].steep && kChoices[c].initial != best.initial)
       continue; // steep terms can stand for how the runs began, but only for these runs
-    for (std::size_t l = 0; l < std::size(kRidges); ++l) {
-      const double e = errors[c][(is_within ? errors[c].size() / 2 : 0) + target][l];
-      const double first = kChoices[c].initial && !best.initial ? kFirstMustWin : 0.0;
-      const double steep = kChoices[c].steep && !best.steep ? kSteepMustWin : 0.0;
-      if (e < (1.0 - kChoices[c].must_win) * bar && e < (1.0 - first - steep) * least) {
-        least = e;
-        best.shape = kChoices[c].shape;
-        best.slow = kChoices[c].slow;
-        best.initial = kChoices[c].initial;
-        best.steep = kChoices[c].steep;
-        best.ridge = kRidges[l];
-        best.whole_error =
-            whole_error(errors[c][target][l], errors[c][errors[c].size() / 2 + target][l]);
-      }
+    const std::vector<double> &by_ridge =
+        errors[c][(is_within ? errors[c].size() / 2 : 0) + target];
+    const std::size_t l = best_ridge(by_ridge);
+    const double first = kChoices[c].initial && !best.initial ? kFirstMustWin : 0.0;
+    const double steep = kChoices[c].steep && !best.steep ? kSteepMustWin : 0.0;
+    if (by_ridge[l] < (1.0 - kChoices[c].must_win) * bar &&
+        by_ridge[l] < (1.0 - first - steep) * least) {
+      least = by_ridge[l];
+      best.shape = kChoices[c].shape;
+      best.slow = kChoices[c].slow;
+      best.initial = kChoices[c].initial;
+      best.steep = kChoices[c].steep;
+      best.ridge = kRidges[l];
+      best.whole_error =
+          whole_error(errors[c][target][l], errors[c][errors[c].size() / 2 + target][l]);
     }
     if (c == 0)
       bar = least; // of the simplest
@@ -462,29 +464,33 @@ void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layou
   }
 }
 
-void choose_quick(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen) {
+void choose_less(const Fitter &fitter, const Basis &basis, const Layout &layout,
+                 bool TargetModel::*less, Chosen *chosen) {
   std::vector<std::size_t> asked;
   std::vector<Question> questions;
   for (std::size_t t = 0; t < chosen->targets.size(); ++t) {
     TargetModel model = chosen->targets[t];
-    if (model.slow || model.initial)
+    if (less == &TargetModel::quick && (model.slow || model.initial))
       continue;
-    model.quick = true;
+    model.*less = true;
+    const std::vector<Eigen::Index> terms = terms_of(basis, layout, model, t);
+    if (terms.empty())
+      continue;
+    const std::size_t column = model.initial ? 2 * layout.outcomes() + t : t;
     asked.push_back(t);
-    questions.push_back({terms_of(basis, layout, model, t), static_cast<Eigen::Index>(t), 1});
+    questions.push_back({terms, static_cast<Eigen::Index>(column), 1});
   }
   const auto answers = fitter.errors(questions);
   for (std::size_t i = 0; i < asked.size(); ++i) {
     TargetModel &model = chosen->targets[asked[i]];
     const std::vector<double> &errors = answers[i].front();
-    const auto least = std::min_element(errors.begin(), errors.end());
-    if (*least > (1.0 + kQuickMayLose) * model.error)
+    const std::size_t l = best_ridge(errors);
+    if (errors[l] > (1.0 + kLessMayLose) * model.error)
       continue;
-    model.quick = true;
-    model.ridge = kRidges[least - errors.begin()];
-    model.error = *least;
-    model.whole_error =
-        whole_error(*least, answers[i].back()[static_cast<std::size_t>(least - errors.begin())]);
+    model.*less = true;
+    model.ridge = kRidges[l];
+    model.error = errors[l];
+    model.whole_error = whole_error(errors[l], answers[i].back()[l]);
   }
 }
 

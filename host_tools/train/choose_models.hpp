@@ -68,7 +68,9 @@ std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen, co
 // where its own sensor is.
 void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen);
 
-// Takes the slow filters of commands away from every target that does as well without them.
-void choose_quick(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen);
+// Takes the slow filters of commands (less: quick), or how commands move (less: still), away from
+// every target that does as well without them.
+void choose_less(const Fitter &fitter, const Basis &basis, const Layout &layout,
+                 bool TargetModel::*less, Chosen *chosen);
 
 } // namespace rim

@@ -101,6 +101,15 @@ double whole_error(double error, double within) {
   return std::sqrt(std::max(within * within + means, 0.0));
 }
 
+std::size_t best_ridge(const std::vector<double> &errors) {
+  const auto first = static_cast<std::ptrdiff_t>(
+      std::find(std::begin(kRidges), std::end(kRidges), kUsualRidge) - std::begin(kRidges));
+  const auto usual = std::min_element(errors.begin() + first, errors.end());
+  const auto slight = std::min_element(errors.begin(), errors.begin() + first);
+  const bool is_slight = *slight < (1.0 - kSlightMustWin) * *usual;
+  return static_cast<std::size_t>((is_slight ? slight : usual) - errors.begin());
+}
+
 Fitter::Fitter(const Basis &basis, const RunStore &runs, const std::vector<Matrix> *rolled)
     : basis_(basis), runs_(runs), rolled_(rolled) {
   const std::size_t n = runs.size();

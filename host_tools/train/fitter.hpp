@@ -15,7 +15,14 @@ namespace rim {
 constexpr double kWithin = 0.95;
 constexpr double kMeansLeftOut = 1.0 - (1.0 - kWithin) * (1.0 - kWithin); // of their squares
 
-inline constexpr double kRidges[] = {0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
+inline constexpr double kRidges[] = {1e-5, 1e-3, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
+// An outcome that follows its command closely is told from it by differences of filters that hardly
+// differ, which the larger ridges take for noise. Those below kUsualRidge, whose weights are large,
+// must lower the error of all others by so much.
+constexpr double kUsualRidge = 0.1, kSlightMustWin = 0.1;
+
+// Place of the ridge to take, by the errors with each.
+std::size_t best_ridge(const std::vector<double> &errors);
 
 // The sums over the runs of a fold, less those left out.
 struct Fold {

@@ -25,6 +25,7 @@ constexpr std::size_t kMostWideTerms = 512; // the rest of BASIS_MAX_TERMS is fo
 constexpr std::size_t kMostTriples = 120;
 constexpr double kSideWidth = 0.05; // of the largest magnitude: where a direction turns round
 constexpr std::size_t kDecays = 5;
+constexpr std::size_t kMovementTimes = 5; // time constants of how a command moves, the quickest
 constexpr std::size_t kMostFactors = 32; // outcomes from which on their products are not tried
 // Raw terms come through the flight code's clip; a power of two, so that nothing is rounded.
 constexpr float kRawScale = 0x1p-60F;
@@ -231,6 +232,24 @@ void add_outside_terms(Basis *basis, const Survey &survey, std::size_t plain) {
   }
 }
 
+// What answers a command may be limited in its rate, or stick: what it does while the command moves
+// is no linear filter of it. All commands or none, as above.
+void add_movement_terms(Basis *basis, std::size_t plain) {
+  const std::size_t times = basis->share.size(), first = basis->inputs.size();
+  const std::size_t quick = std::min(kMovementTimes, times), moved = 2 * plain;
+  if (first + moved > BASIS_MAX_INPUTS || basis->terms.size() + moved * quick > kMostWideTerms)
+    return;
+  for (std::size_t i = 0; i < moved; ++i) {
+    const std::size_t p = i / 2;
+    basis->inputs.push_back({basis->inputs[p].a, static_cast<std::uint16_t>(
+                                                     BASIS_MOVEMENT + p +
+                                                     (i % 2 == 1 ? BASIS_OF_SIZE : 0U))});
+    for (std::size_t t = 0; t < quick; ++t)
+      basis->terms.push_back({BASIS_MEAN, static_cast<std::uint16_t>((first + i) * times + t), 0, 0,
+                              TermGroup::movement});
+  }
+}
+
 // In every mode another command may count for more, or for less.
 void add_mode_terms(Basis *basis, const Survey &survey, std::size_t plain) {
   const std::size_t times = basis->share.size();
@@ -317,6 +336,7 @@ Basis make_basis(const Survey &survey, double run_rows) {
     add_mode_terms(&basis, survey, plain);
     add_steep_terms(&basis, survey, plain);
     add_outside_terms(&basis, survey, plain);
+    add_movement_terms(&basis, plain);
   }
   basis.center.assign(basis.terms.size(), 0.0);
   basis.inverse_sd.assign(basis.terms.size(), 1.0);

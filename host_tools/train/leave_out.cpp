@@ -58,16 +58,15 @@ void judge(const Fitter &fitter, const Basis &basis, const Layout &layout,
   }
   const auto answers = fitter.errors(questions);
   for (std::size_t i = 0; i < candidates->size(); ++i) {
-    TargetModel best = (*candidates)[i].second;
-    for (std::size_t l = 0; l < std::size(kRidges); ++l) {
-      TargetModel model = best;
-      model.ridge = kRidges[l];
-      model.error = answers[i].front()[l];
-      model.whole_error = whole_error(model.error, answers[i].back()[l]);
-      if (l == 0 || judged(model) < judged(best))
-        best = model;
+    std::vector<TargetModel> models(std::size(kRidges), (*candidates)[i].second);
+    std::vector<double> errors;
+    for (std::size_t l = 0; l < models.size(); ++l) {
+      models[l].ridge = kRidges[l];
+      models[l].error = answers[i].front()[l];
+      models[l].whole_error = whole_error(models[l].error, answers[i].back()[l]);
+      errors.push_back(judged(models[l]));
     }
-    (*candidates)[i].second = best;
+    (*candidates)[i].second = models[best_ridge(errors)];
   }
 }
 

@@ -77,7 +77,7 @@ public:
     for (const Basis::Input &i : basis.inputs)
       features = std::max<std::uint32_t>(features, i.a + 1U);
     for (const Basis::Input &i : basis.inputs) {
-      if (i.b < BASIS_LEAST_HARMONIC)
+      if (rimi_basis_is_product(i.b))
         features = std::max<std::uint32_t>(features, (i.b & ~BASIS_OF_PRODUCT) + 1U);
     }
     if (rimi_basis_open(&view_, bytes_.data(), bytes_.size(), features,

@@ -217,8 +217,17 @@ std::string without_words(const Layout &layout, const std::vector<std::uint16_t>
   return text;
 }
 
+// Whether a model has terms of how commands move.
+bool moves(const Basis &basis, const TargetModel &m) {
+  return !m.still && std::any_of(basis.terms.begin(), basis.terms.end(), [](const auto &term) {
+    return term.group == TermGroup::movement;
+  });
+}
+
 std::string model_words(const Layout &layout, const Basis &basis, const TargetModel &m) {
   std::string text = m.quick ? "commands" : "filtered commands";
+  if (moves(basis, m))
+    text += ", how they move";
   if (m.shape)
     text += ", products";
   if (m.steep)

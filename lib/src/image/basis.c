@@ -13,11 +13,19 @@
 
 enum { HEADER_WORDS = 8, SHORT_HEADER_WORDS = 4 };
 
+static bool movement_fits(const rim_basis *b, size_t i, uint16_t second) {
+  const uint32_t p = rimi_basis_moves(second);
+  return p < i && rimi_le_u16(b->input, 2 * p) == rimi_le_u16(b->input, 2 * i) &&
+         rimi_le_u16(b->input, 2 * p + 1) == BASIS_PLAIN;
+}
+
 static bool inputs_fit(const rim_basis *b, uint32_t features) {
   for (size_t i = 0; i < b->inputs; ++i) {
     const uint16_t second = rimi_le_u16(b->input, 2 * i + 1);
-    if (rimi_le_u16(b->input, 2 * i) >= features ||
-        ((second & ~BASIS_OF_PRODUCT) >= features && second < BASIS_LEAST_HARMONIC))
+    const bool fits = rimi_basis_is_product(second)    ? (second & ~BASIS_OF_PRODUCT) < features
+                      : rimi_basis_is_movement(second) ? movement_fits(b, i, second)
+                                                       : second >= BASIS_LEAST_HARMONIC;
+    if (!fits || rimi_le_u16(b->input, 2 * i) >= features)
       return false;
   }
   for (size_t t = 0; t < b->times; ++t) {

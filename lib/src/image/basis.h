@@ -8,7 +8,10 @@
  *                         BASIS_MAGNITUDE), the cosine or sine of the angle a (BASIS_COSINE,
  *                         BASIS_SINE), those of k times a (2 (k - 1) less, k to BASIS_HARMONICS; of
  *                         what is no angle, a in radians), the product of the features a and b, or,
- *                         with BASIS_OF_PRODUCT added to b, the product's magnitude
+ *                         with BASIS_OF_PRODUCT added to b, the product's magnitude; or how a, which
+ *                         is input p < this one as it is, moves: its difference e from its own
+ *                         exponential mean with the second time constant, as sign(e) sqrt(|e|) (b =
+ *                         BASIS_MOVEMENT + p) or |e| (with BASIS_OF_SIZE added to b)
  *   f32 share[T]          of a new row in an exponential mean: 1 - exp(-period / time constant)
  *   u16 term[P][4]        op (basis_op), a, b, c
  *   f32 center[P], inverse_sd[P]      a term's value is (raw - center) * inverse_sd, clipped
@@ -56,6 +59,8 @@
 #define BASIS_HARMONICS 5u
 #define BASIS_LEAST_HARMONIC (BASIS_SINE - 2u * (BASIS_HARMONICS - 1u))
 #define BASIS_OF_PRODUCT 0x8000u
+#define BASIS_MOVEMENT 0xff00u /* the least code that is no product */
+#define BASIS_OF_SIZE 0x0040u
 #define BASIS_STATE 0x8000u
 #define BASIS_HINGE 0x4000u
 #define BASIS_HINGES 64u
@@ -88,6 +93,15 @@ typedef enum basis_op {
   BASIS_SIDE = 9      /* x / (|x| + h) of filter a: its sign, but smooth about 0. b, c: the low and
                          the high half of h as f32, > 0 */
 } basis_op;
+
+static inline bool rimi_basis_is_movement(uint16_t second) {
+  return second >= BASIS_MOVEMENT && second < BASIS_MOVEMENT + 2u * BASIS_OF_SIZE;
+}
+
+static inline bool rimi_basis_is_product(uint16_t second) { return second < BASIS_MOVEMENT; }
+
+/* The input that moves, of a movement's b. */
+static inline uint32_t rimi_basis_moves(uint16_t second) { return second & (BASIS_OF_SIZE - 1u); }
 
 /* A view into the section; all zero: no inputs, no terms. */
 typedef struct rim_basis {

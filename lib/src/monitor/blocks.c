@@ -394,6 +394,16 @@ static void take_integrands(blocks *b) {
   }
 }
 
+/* How input p moves: as far as it is off its own recent mean. A direction and a size, for what
+ * answers a movement seldom answers in proportion: friction turns round, and rates are limited. */
+static double movement(const blocks *b, size_t p, bool is_size, double x) {
+  const size_t times = b->config.basis.times;
+  const double off = x - blocks_filter(b)[p * times + (times > 1u ? 1u : 0u)];
+  const double size = rimi_abs(off);
+  return is_size ? size : off < 0.0 ? -rimi_sqrt(size) : rimi_sqrt(size);
+}
+
+/* A movement: where the mean of what moves has taken the row already. */
 static double input_value(const blocks *b, size_t i) {
   const uint8_t *input = b->config.basis.input;
   const size_t feature = rimi_le_index(input, 2 * i, b->config.features);
@@ -408,6 +418,8 @@ static double input_value(const blocks *b, size_t i) {
     const double angle = (double)(1u + below / 2u) * radians(b, feature);
     return (below & 1u) != 0 ? rimi_sin(angle) : rimi_cos(angle);
   }
+  if (rimi_basis_is_movement(second))
+    return movement(b, rimi_basis_moves(second), (second & BASIS_OF_SIZE) != 0, x);
   const size_t other = second & ~BASIS_OF_PRODUCT;
   const double product = x * LAST(b)[other < b->config.features ? other : 0u];
   return (second & BASIS_OF_PRODUCT) != 0 ? rimi_abs(product) : product;
@@ -499,15 +511,17 @@ static double lose(blocks *b, const double *from, const double *to) {
 static void take_inputs(blocks *b, const double *before) {
   const rim_basis *n = &b->config.basis;
   double keep[BASIS_MAX_TIMES], now[BASIS_MAX_INPUTS];
-  for (size_t i = 0; i < n->inputs; ++i)
+  for (size_t i = 0; i < n->inputs && before != NULL; ++i)
     now[i] = input_value(b, i);
   const double jump = before != NULL ? lose(b, before, now) : 0.0;
   for (size_t t = 0; t < n->times; ++t) {
     keep[t] = keeps(b, t);
     forget(b, t, keep[t], jump);
   }
-  for (size_t i = 0; i < n->inputs; ++i)
-    take_input(b, i, before != NULL ? before[i] : now[i], now[i], keep);
+  for (size_t i = 0; i < n->inputs; ++i) {
+    const double to = input_value(b, i);
+    take_input(b, i, before != NULL ? before[i] : to, to, keep);
+  }
   const double t_s = b->previous_s - b->start_s;
   const bool was_learnt = t_s < learnt_time_s(b, t_s) + 0.5 * b->config.period_s;
   for (size_t t = 0; t < n->times; ++t)

@@ -19,10 +19,9 @@ bool rimi_blocks_is_out(const blocks *b, uint16_t f) {
 static bool input_is_out(const blocks *b, size_t i) {
   const uint8_t *input = b->config.basis.input;
   const uint16_t second = rimi_le_u16(input, 2 * i + 1);
-  const bool is_product =
-      second < BASIS_LEAST_HARMONIC && second != BASIS_PLAIN && second != BASIS_MAGNITUDE;
   return rimi_blocks_is_out(b, rimi_le_u16(input, 2 * i)) ||
-         (is_product && rimi_blocks_is_out(b, (uint16_t)(second & ~BASIS_OF_PRODUCT)));
+         (rimi_basis_is_product(second) &&
+          rimi_blocks_is_out(b, (uint16_t)(second & ~BASIS_OF_PRODUCT)));
 }
 
 /* Counts what each input's means are made of. Before the first row an input is taken to have been
