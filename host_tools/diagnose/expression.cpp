@@ -161,6 +161,7 @@ void Finder::add_inputs() {
     in.is_signed = low < 0.0;
     in.is_angle = measured_.features[f].is_angle;
     in.turns = !is_own && turns(measured_.features[f], x);
+    in.in_degrees = in.turns && turn_in(measured_.features[f].unit) > turn_in("rad");
     in.least = low > 0.0 ? 0.5 * low : 0.0;
     const double mean = x.mean();
     in.hardly_varies = (x.array() - mean).square().mean() < std::pow(kLeastVaried * mean, 2.0);
@@ -194,9 +195,10 @@ void Finder::add_atoms() {
         if (!inputs_[k].is_angle)
           atoms_.push_back(atom);
       }
+      const double radian = inputs_[k].in_degrees ? turn_in("deg") / turn_in("rad") : 1.0;
       if (inputs_[k].turns && (fn == Fn::sine || fn == Fn::cosine)) {
         for (const int harmonic : {1, 2, 3})
-          atoms_.push_back({k, fn, 1.0 / harmonic, ln_features + std::log(3.0), harmonic});
+          atoms_.push_back({k, fn, radian / harmonic, ln_features + std::log(3.0), harmonic});
       }
     }
     if (atoms_.size() > kMostAtoms)

@@ -397,7 +397,7 @@ void TermReader::read_ridges(Term *term) const {
 // On an angle the lower bound may exceed the upper: the interval then runs through pi.
 void TermReader::check_bounds(const toml::table &table, const Gate &gate) const {
   for (std::size_t k = 0; k < gate.features.size(); ++k) {
-    const bool is_angle = gate.units[k] == "rad" && !gate.is_ellipse;
+    const bool is_angle = turn_in(gate.units[k]) > 0.0 && !gate.is_ellipse;
     const bool is_right = gate.is_ellipse ? gate.lower[k] < gate.upper[k]
                                           : gate.lower[k] <= gate.upper[k] || is_angle;
     if (!is_right)

@@ -100,7 +100,7 @@ std::string text_of(Fn fn, const FormulaInput &in, const std::string &f, const s
                     int harmonic) {
   if (harmonic > 0)
     return (fn == Fn::sine ? "sin(" : "cos(") + (harmonic > 1 ? fmt::format("{}*", harmonic) : "") +
-           f + ")";
+           f + (in.in_degrees ? "*_pi/180)" : ")");
   const std::string least = fmt::format("{:.6g}", in.least);
   switch (fn) {
   case Fn::one:

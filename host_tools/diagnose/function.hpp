@@ -40,6 +40,7 @@ struct FormulaInput {
   int feature = 0;
   bool is_signed = false;
   bool is_angle = false, turns = false; // it wraps; its sine may act (roles.hpp)
+  bool in_degrees = false;              // an angle that is
   bool is_own = false;                  // the channel's own prediction: `m`, moved by a delay
   bool hardly_varies = false;           // beside its mean
   double least = 0.0, scale = 1.0;      // half its smallest value; root of its mean square

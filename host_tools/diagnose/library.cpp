@@ -18,7 +18,6 @@ namespace rim::diagnose {
 namespace {
 
 using Index = Eigen::Index;
-constexpr double kPi = 3.141592653589793, kTwoPi = 2.0 * kPi;
 constexpr int kMaxLagRows = 20;
 // Mean square in stated sd of a column that is none. Units are free: the square of a place in
 // metres may well be 1e-12 of the noise of a force.
@@ -122,7 +121,7 @@ private:
   void add_sets();
   bool add(Candidate candidate, const Eigen::MatrixXd &columns);
   std::string unit_of(const Form &form, const std::vector<int> &arguments) const;
-  void add_gate(const std::string &name, const std::string &unit, const Vector &x, bool is_turned);
+  void add_gate(const std::string &name, const std::string &unit, const Vector &x, double turn);
   void add_gates();
   double row_s() const;
   std::vector<std::vector<Parameter>> late_grid(const std::string &form) const;
@@ -417,8 +416,7 @@ void Builder::add_form(const Form &form) {
   for (const std::vector<int> &arguments : all) {
     Candidate c = candidate;
     for (std::size_t k = 0; k < arguments.size(); ++k)
-      c.term.arguments[form.arguments[k].name] =
-          measured_.features[static_cast<std::size_t>(arguments[k])].name;
+      bind(form.arguments[k], measured_.features[static_cast<std::size_t>(arguments[k])], &c.term);
     double of_arguments = kOtherPrediction * other_predictions(arguments);
     if (form.cause == "product" && form.arguments.size() == 1 && has_start_ &&
         arguments[0] == state_)
@@ -713,14 +711,15 @@ void cut(const Vector &x, int bins, std::vector<std::uint8_t> *bin, std::vector<
 }
 
 void Builder::add_gate(const std::string &name, const std::string &unit, const Vector &x,
-                       bool is_turned) {
+                       double turn) {
   GateFeature gate;
   gate.name = name;
   gate.unit = unit;
-  gate.is_turned = is_turned;
-  gate.x = x;
-  if (is_turned)
-    gate.x = x.unaryExpr([](double a) { return a < 0.0 ? a + kTwoPi : a; });
+  gate.is_turned = turn > 0.0;
+  gate.turn = turn;
+  gate.cut = x.minCoeff() < 0.0 ? -0.5 * turn : 0.0;
+  const double middle = gate.cut + 0.5 * turn;
+  gate.x = x.unaryExpr([turn, middle](double a) { return a < middle ? a + turn : a; });
   cut(gate.x, kFineBins, &gate.fine, &gate.fine_edge);
   cut(gate.x, kCoarseBins, &gate.coarse, &gate.coarse_edge);
   if (gate.fine_bins() >= 2)
@@ -731,11 +730,12 @@ void Builder::add_gates() {
   for (std::size_t f = 0; f < measured_.features.size(); ++f) {
     const Feature &feature = measured_.features[f];
     const Vector x = measured_.x.col(static_cast<Index>(f));
-    add_gate(feature.name, feature.unit, x, false);
-    if (feature.is_angle && x.minCoeff() < 0.0 && x.minCoeff() >= -kPi - 0.01)
-      add_gate(feature.name, feature.unit, x, true);
+    add_gate(feature.name, feature.unit, x, 0.0);
+    if (const double turn = turn_in(feature.unit);
+        feature.is_angle && x.minCoeff() >= -0.502 * turn && x.maxCoeff() <= 1.002 * turn)
+      add_gate(feature.name, feature.unit, x, turn);
   }
-  add_gate(kTime, "s", feature_column(measured_, kTime), false);
+  add_gate(kTime, "s", feature_column(measured_, kTime), 0.0);
 }
 
 Library Builder::build() {
@@ -777,12 +777,11 @@ Library make_library(const Measured &measured, const Channel &channel, const Cat
 
 void add_bounds(const GateFeature &feature, double lower, double upper, Gate *gate) {
   if (feature.is_turned) {
-    if (lower > kPi) {
-      lower -= kTwoPi;
-      upper -= kTwoPi;
-    } else if (upper > kPi) {
-      upper -= kTwoPi; // below lower: the interval runs through pi
-    }
+    const double end = feature.cut + feature.turn;
+    if (lower > end)
+      lower -= feature.turn;
+    if (upper > end)
+      upper -= feature.turn; // below lower: the interval runs through the cut
   }
   gate->features.push_back(feature.name);
   gate->units.push_back(feature.unit);

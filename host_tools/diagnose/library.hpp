@@ -18,9 +18,10 @@ namespace rim::diagnose {
 // cut open at pi and at 0, so that an interval may run through either.
 struct GateFeature {
   std::string name, unit;
-  bool is_turned = false;                     // an angle in 0 .. 2 pi
-  Vector x;                                   // turned where it is
-  std::vector<std::uint8_t> fine, coarse;     // bin of each row
+  bool is_turned = false;                 // an angle cut half a turn from where its column is
+  double turn = 0.0, cut = 0.0;           // a whole turn; of one turned: where its column is cut
+  Vector x;                               // turned where it is
+  std::vector<std::uint8_t> fine, coarse; // bin of each row
   std::vector<double> fine_edge, coarse_edge; // bins + 1; inner ones midway between neighbours
   int fine_bins() const { return static_cast<int>(fine_edge.size()) - 1; }
   int coarse_bins() const { return static_cast<int>(coarse_edge.size()) - 1; }

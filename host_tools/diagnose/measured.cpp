@@ -18,15 +18,16 @@ namespace {
 constexpr double kTwoPi = 6.283185307179586;
 constexpr double kSameAs = 0.99; // correlation of a prediction with a feature that stands for it
 
-// Whether a column in radians wraps: a step of nearly a turn, or a range of nearly one.
-bool is_wrapped(const Eigen::VectorXd &x) {
-  if (x.maxCoeff() - x.minCoeff() > kTwoPi + 0.05)
+// Whether the column of an angle wraps: a step of nearly a turn, or a range of nearly one.
+bool is_wrapped(const Eigen::VectorXd &x, double turn) {
+  const double range = x.maxCoeff() - x.minCoeff();
+  if (turn <= 0.0 || range > 1.008 * turn)
     return false;
   for (Eigen::Index i = 1; i < x.size(); ++i) {
-    if (std::abs(x(i) - x(i - 1)) > 0.8 * kTwoPi)
+    if (std::abs(x(i) - x(i - 1)) > 0.8 * turn)
       return true;
   }
-  return x.maxCoeff() - x.minCoeff() > 0.9 * kTwoPi;
+  return range > 0.9 * turn;
 }
 
 double robust_sd(const Vector &r) {
@@ -122,6 +123,10 @@ void add_predictions(bool all, Measured *table, std::vector<Vector> *columns) {
 
 } // namespace
 
+double turn_in(const std::string &unit) {
+  return unit == "rad" ? kTwoPi : unit == "deg" || unit == "degrees" ? 360.0 : 0.0;
+}
+
 int Measured::find_feature(const std::string &name) const {
   for (std::size_t f = 0; f < features.size(); ++f) {
     if (features[f].name == name)
@@ -201,7 +206,7 @@ Measured make_measured(const std::vector<Log> &logs, Constants constants,
         continue;
     }
     table.features.push_back({column.name, column.unit, column.role == Role::command,
-                              column.unit == "rad" && is_wrapped(x)});
+                              is_wrapped(x, turn_in(column.unit))});
     columns.push_back(std::move(x));
   }
   add_predictions(keep_constant, &table, &columns);

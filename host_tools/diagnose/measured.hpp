@@ -25,9 +25,12 @@ struct Feature {
   std::string name; // with prefix: "s.speed_mps"
   std::string unit; // "m/s"; empty: none or not known
   bool is_command = false;
-  bool is_angle = false;      // in radians and wrapped: steps of 2 pi occur, or could
+  bool is_angle = false;      // in radians or degrees and wrapped: steps of a turn occur, or could
   bool is_prediction = false; // m. column
 };
+
+// A whole turn in this unit of angles; 0 of any other unit.
+double turn_in(const std::string &unit);
 
 struct Channel {
   std::string name; // without prefix: "speed_mps"

@@ -20,7 +20,7 @@ using Index = Eigen::Index;
 
 std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
 
-constexpr double kLeastTurn = 1.0; // rad: what is more than a straight line
+constexpr double kLeastTurn = 0.16; // turns: what is more than a straight line
 // Own velocity: how well its changes must follow the prediction.
 constexpr double kLeastOwnCorrelation = 0.3;
 // Of velocities whose changes follow it nearly as well none is known to be the own one.
@@ -261,9 +261,10 @@ int force_sense(const Measured &measured, const Channel &channel, int feature) {
     const Vector all = measured.x.col(beside[idx(k)]), x = all(at);
     const double size = std::sqrt(x.squaredNorm() / static_cast<double>(n)) + 1e-300;
     const Feature &other = measured.features[static_cast<std::size_t>(beside[idx(k)])];
-    const bool is_angle = other.is_angle || other.unit == "rad"; // weight goes with its sine
-    h.col(1 + 2 * k) = is_angle ? Vector(x.array().sin()) : Vector(x / size);
-    h.col(2 + 2 * k) = is_angle ? Vector(x.array().cos()) : Vector((x / size).array().square());
+    const double turn = turn_in(other.unit); // weight goes with the sine of an angle
+    const Eigen::ArrayXd a = x.array() * (turn > 0.0 ? turn_in("rad") / turn : 1.0 / size);
+    h.col(1 + 2 * k) = turn > 0.0 ? Vector(a.sin()) : Vector(a);
+    h.col(2 + 2 * k) = turn > 0.0 ? Vector(a.cos()) : Vector(a.square());
   }
   Eigen::MatrixXd gram = h.transpose() * h;
   gram.diagonal().array() += 1e-6 * static_cast<double>(n);
@@ -333,10 +334,40 @@ bool turns(const Feature &feature, const Vector &x) {
   const bool is_by_name =
       feature.unit.empty() && has_word(feature.name, {"angle", "theta", "phi", "psi", "heading",
                                                       "yaw", "pitch", "roll", "swing", "tilt"});
-  return feature.is_angle ||
-         (!feature.is_command && !feature.is_prediction && (feature.unit == "rad" || is_by_name) &&
-          !has_word(feature.name, {"rate", "veloc", "speed", "acc"}) &&
-          x.maxCoeff() - x.minCoeff() > kLeastTurn);
+  const double turn = turn_in(is_by_name ? "rad" : feature.unit);
+  return feature.is_angle || (!feature.is_command && !feature.is_prediction && turn > 0.0 &&
+                              !has_word(feature.name, {"rate", "veloc", "speed", "acc"}) &&
+                              x.maxCoeff() - x.minCoeff() > kLeastTurn * turn);
+}
+
+namespace {
+
+std::string in_radians(const std::string &expression, const std::string &placeholder) {
+  std::string out;
+  for (std::size_t i = 0; i < expression.size();) {
+    std::size_t end = i;
+    while (
+        end < expression.size() &&
+        (std::isalnum(static_cast<unsigned char>(expression[end])) != 0 || expression[end] == '_'))
+      ++end;
+    end = std::max(end, i + 1);
+    const std::string word = expression.substr(i, end - i);
+    out += word == placeholder ? word + "*_pi/180" : word;
+    i = end;
+  }
+  return out;
+}
+
+} // namespace
+
+void bind(const Argument &argument, const Feature &feature, Term *term) {
+  term->arguments[argument.name] = feature.name;
+  const bool is_angle =
+      argument.role == ArgumentRole::angle || argument.role == ArgumentRole::heading;
+  for (std::string &basis : term->basis) {
+    if (is_angle && turn_in(feature.unit) > turn_in("rad"))
+      basis = in_radians(basis, argument.name);
+  }
 }
 
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnose/catalogue.hpp"
 #include "diagnose/measured.hpp"
 #include "diagnose/term.hpp"
 
@@ -18,6 +19,10 @@ bool has_word(const std::string &name, std::initializer_list<const char *> words
 // Whether the feature is an angle of whose sine something may depend: it wraps, or it is one by its
 // unit or, without a unit, by its name, and has more of a turn than a straight line would do for.
 bool turns(const Feature &feature, const Vector &x);
+
+// Makes the feature an argument of the term. An angle in degrees is put into radians in the basis,
+// as sines want it.
+void bind(const Argument &argument, const Feature &feature, Term *term);
 
 // Whether the feature, of values x, is a height that changes so much that the air thins with it.
 bool is_altitude(const Feature &feature, const Vector &x);

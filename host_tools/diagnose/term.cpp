@@ -153,7 +153,7 @@ std::string substituted(const std::string &expression, const Term &term) {
     } else if (parameter != term.shape.end()) {
       out += number_text(parameter->value);
     } else {
-      out += word == "m" ? "prediction" : word;
+      out += word == "m" ? "prediction" : word == "_pi" ? "pi" : word;
     }
   }
   return out;

@@ -46,7 +46,7 @@ inline constexpr double kActs = 0.1;
 
 // Where a term acts; no features: everywhere. A box, or the ellipsoid (x-u)' A^-1 (x-u) < 1 (eq.
 // 3.8, p. 29) inscribed in the box that lower and upper then are. Closed bounds. On an angle
-// (Feature::is_angle) lower may exceed upper: the interval then runs through pi.
+// (Feature::is_angle) lower may exceed upper: the interval then runs through the end of the turn.
 struct Gate {
   std::vector<std::string> features;
   std::vector<std::string> units;

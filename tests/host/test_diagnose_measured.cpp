@@ -77,6 +77,12 @@ void features_know_what_they_are(void **) {
   assert_true(push.is_command && !push.is_angle);
   assert_true(heading.is_angle && !heading.is_command);
   assert_true(!place.is_angle && !place.is_command);
+  rim::Log compass = log("a", 40);
+  compass.columns[2] = {"x.heading_deg", "deg", Role::context};
+  for (Eigen::Index i = 0; i < 40; ++i)
+    compass.values(i, 2) = std::fmod(25.0 * static_cast<double>(i), 360.0);
+  const Measured c = rim::diagnose::make_measured({compass});
+  assert_true(c.features[static_cast<std::size_t>(c.find_feature("x.heading_deg"))].is_angle);
   // radians that stay within a part of a turn, or run through several, do not wrap
   for (const double rate : {0.05, 0.4}) {
     rim::Log straight = log("a", 40);

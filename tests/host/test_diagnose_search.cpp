@@ -275,6 +275,36 @@ void twelve_times_a_turn(void **) {
   assert_near(d.findings[0].term.shape[0].value, 12.0, 0.0);
 }
 
+// A compass from 0 to 360 degrees: what goes with the sine of seven times the angle, and what is
+// off on both sides of north.
+void an_angle_in_degrees(void **) {
+  for (const bool is_region : {false, true}) {
+    auto logs = drives(18, [](double, double, double) { return 0.0; });
+    for (rim::Log &log : logs) {
+      constexpr Eigen::Index kMeasured = 3;
+      log.columns[2] = {"x.heading_deg", "deg", Role::context};
+      for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+        const double q = std::fmod(3.7 * static_cast<double>(i), 360.0);
+        log.values(i, 2) = q;
+        log.values(i, kMeasured) += is_region ? (q > 320.0 || q < 40.0 ? 0.2 : 0.0)
+                                              : 0.2 * std::sin(7.0 * q * 0.017453292519943 + 0.7);
+      }
+    }
+    const Diagnosis d = diagnosis(logs);
+    assert_int_equal(d.findings.size(), 1);
+    const rim::diagnose::Term &term = d.findings[0].term;
+    assert_string_equal(term.cause.c_str(), is_region ? "bias" : "periodic");
+    assert_near(term.sizes[0].value, is_region ? 0.2 : 0.2 * std::cos(0.7), 0.02);
+    if (is_region) {
+      assert_near(term.gate.lower[0], 320.0, 6.0);
+      assert_near(term.gate.upper[0], 40.0, 6.0);
+    } else {
+      assert_near(term.shape[0].value, 7.0, 0.0);
+      assert_true(d.findings[0].sentence.find("sin(7*heading*pi/180)") != std::string::npos);
+    }
+  }
+}
+
 void white_noise_claims_nothing(void **) {
   for (std::uint64_t seed = 11; seed <= 13; ++seed) {
     const Diagnosis d = diagnosis(drives(seed, [](double, double, double) { return 0.0; }));
@@ -393,7 +423,7 @@ void threads_change_nothing(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 7, 11 to 17, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
+  std::printf("seeds 1 to 7, 11 to 18, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
               "1952\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_constant_in_a_region),
@@ -406,6 +436,7 @@ int main() {
       cmocka_unit_test(a_formula_that_is_a_straight_line),
       cmocka_unit_test(what_departs_from_its_usual_value),
       cmocka_unit_test(twelve_times_a_turn),
+      cmocka_unit_test(an_angle_in_degrees),
       cmocka_unit_test(white_noise_claims_nothing),
       cmocka_unit_test(friction_that_holds),
       cmocka_unit_test(what_a_noisy_prediction_feigns),
