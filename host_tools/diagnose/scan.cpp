@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include <Eigen/LU>
 
@@ -481,11 +482,45 @@ std::vector<Proposal> Scanner::variance(const Fit &fit, const Noise &noise) cons
     if (p.gain > 0.0)
       out.push_back(p);
   }
+  const auto merit = [](const Proposal &p) {
+    return p.score() - (p.bounds.size() > 1 ? kOfFeature : 0.0);
+  };
   std::stable_sort(out.begin(), out.end(),
-                   [](const Proposal &a, const Proposal &b) { return a.score() > b.score(); });
+                   [merit](const Proposal &a, const Proposal &b) { return merit(a) > merit(b); });
   return out;
 }
 
+namespace {
+
+// Bins of rows in order: `each` rows a bin, but single ones where `fine` says so; equal values are
+// never apart.
+struct RowBins {
+  std::vector<rim_stats> stats;
+  std::vector<std::size_t> first; // row of each, and the end
+};
+
+RowBins row_bins(const std::vector<std::pair<double, Index>> &order, const Vector &products,
+                 const Vector &squares, std::size_t each,
+                 const std::function<bool(std::size_t)> &fine) {
+  RowBins bins;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_new = i > 0 && order[i].first > order[i - 1].first;
+    if (bins.stats.empty() ||
+        (is_new && (fine(i) || bins.stats.back().n >= static_cast<double>(each)))) {
+      bins.stats.push_back({0.0, 0.0, 0.0});
+      bins.first.push_back(i);
+    }
+    bins.stats.back().n += 1.0;
+    bins.stats.back().s += products(order[i].second);
+    bins.stats.back().w += squares(order[i].second);
+  }
+  bins.first.push_back(order.size());
+  return bins;
+}
+
+} // namespace
+
+// First over bins, and then over single rows about the edges found.
 void Scanner::refine_bound(const Vector &products, const Vector &squares, std::size_t which,
                            Proposal *proposal) const {
   Proposal others = *proposal;
@@ -502,29 +537,32 @@ void Scanner::refine_bound(const Vector &products, const Vector &squares, std::s
   if (order.size() < 20)
     return;
   std::sort(order.begin(), order.end());
-  std::vector<rim_stats> bins;
-  std::vector<double> edges{order.front().first};
   const std::size_t each = std::max<std::size_t>(1, order.size() / kRefineBins);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool is_new = i > 0 && order[i].first > order[i - 1].first;
-    if (bins.empty() || (is_new && bins.back().n >= static_cast<double>(each))) {
-      if (!bins.empty())
-        edges.push_back(0.5 * (order[i - 1].first + order[i].first));
-      bins.push_back({0.0, 0.0, 0.0});
-    }
-    bins.back().n += 1.0;
-    bins.back().s += products(order[i].second);
-    bins.back().w += squares(order[i].second);
+  std::size_t low = 0, high = order.size();
+  const auto edge = [&order](std::size_t at) {
+    return at == 0              ? order.front().first
+           : at == order.size() ? order.back().first
+                                : 0.5 * (order[at - 1].first + order[at].first);
+  };
+  for (const bool is_fine : {false, true}) {
+    const auto fine = [&](std::size_t i) {
+      return is_fine && (std::max(i, low) - std::min(i, low) <= 2 * each ||
+                         std::max(i, high) - std::min(i, high) <= 2 * each);
+    };
+    const RowBins bins = row_bins(order, products, squares, each, fine);
+    rim_interval found;
+    if (rimi_interval_find(bins.stats.data(), bins.stats.size(),
+                           std::min(least_rows_, 0.5 * static_cast<double>(order.size())),
+                           &found) != RIM_OK ||
+        found.bins == 0)
+      return;
+    low = bins.first[found.first];
+    high = bins.first[found.first + found.bins];
+    proposal->bounds[which].lower = edge(low);
+    proposal->bounds[which].upper = edge(high);
+    if (each == 1)
+      return;
   }
-  edges.push_back(order.back().first);
-  rim_interval found;
-  if (rimi_interval_find(bins.data(), bins.size(),
-                         std::min(least_rows_, 0.5 * static_cast<double>(order.size())),
-                         &found) != RIM_OK ||
-      found.bins == 0)
-    return;
-  proposal->bounds[which].lower = edges[found.first];
-  proposal->bounds[which].upper = edges[found.first + found.bins];
 }
 
 namespace {

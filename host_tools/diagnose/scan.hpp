@@ -23,6 +23,9 @@ struct Bound {
   double lower = 0.0, upper = 0.0;
 };
 
+// Nats that the second feature of a region must be worth: half of what cannot be told apart (BIC).
+inline constexpr double kOfFeature = 3.0;
+
 struct Proposal {
   int candidate = -1;        // -1: a variance
   std::vector<Bound> bounds; // none: everywhere

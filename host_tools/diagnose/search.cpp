@@ -18,7 +18,6 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr std::size_t kProposals = 60, kExact = 10;
-constexpr double kBesideLaw = 0.15; // share of the rows
 constexpr int kShapeSteps = 4;
 // Of two parameters together: steps, the first this share of where each may be.
 constexpr int kPatternSteps = 14;
@@ -261,25 +260,32 @@ ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposal
     if (excludes(given, members))
       continue;
     ++tried;
-    Proposal proposal = given;
-    scanner_->refine(fit.residual, out_.noise, &proposal);
-    Member member = make_member(proposal);
-    if (!proposal.bounds.empty() &&
-        (effective_rows(member.h) < kLeastEffective || is_constant_inside(member, channel_.sd)))
-      continue;
-    if (is_tunable(member.term))
-      refine_shape(members, fit.loss, &member);
-    std::vector<Member> all = members;
-    all.push_back(member);
-    const double gain = gain_of(all, fit.loss);
-    if (gain - member.penalty > best.score) {
-      best.score = gain - member.penalty;
-      best.proposal = proposal;
-      best.proposal.gain = gain;
-      best.member = member;
-    }
+    try_proposal(given, members, fit, &best);
   }
+  if (best.proposal.bounds.size() > 1)
+    leave_out_features(members, fit, &best);
   return best;
+}
+
+// Refined, it is the best where its score is better.
+void ChannelSearch::try_proposal(Proposal proposal, const std::vector<Member> &members,
+                                 const Fit &fit, Best *best) const {
+  scanner_->refine(fit.residual, out_.noise, &proposal);
+  Member member = make_member(proposal);
+  if (!proposal.bounds.empty() &&
+      (effective_rows(member.h) < kLeastEffective || is_constant_inside(member, channel_.sd)))
+    return;
+  if (is_tunable(member.term))
+    refine_shape(members, fit.loss, &member);
+  std::vector<Member> all = members;
+  all.push_back(member);
+  const double gain = gain_of(all, fit.loss);
+  if (gain - member.penalty > best->score) {
+    best->score = gain - member.penalty;
+    best->proposal = proposal;
+    best->proposal.gain = gain;
+    best->member = member;
+  }
 }
 
 std::vector<Member> ChannelSearch::without(std::size_t which) const {
@@ -455,44 +461,6 @@ void ChannelSearch::estimate_noise() {
                                std::max(1.0, out_.noise.weight.sum()));
   take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes,
                          least_noise(channel_)));
-}
-
-// Wider in a few rows, in a place that only names what a claimed term is made of: that is how the
-// term departs from the truth there (friction near rest), no noise.
-bool ChannelSearch::is_beside_law(const Proposal &variance) const {
-  const Gate gate = scanner_->gate(variance);
-  if (variance.ratio < 1.0 || scanner_->inside(variance).mean() > kBesideLaw)
-    return false;
-  return std::all_of(gate.features.begin(), gate.features.end(), [this](const std::string &name) {
-    return std::any_of(out_.members.begin(), out_.members.end(), [&name](const Member &m) {
-      return std::any_of(m.term.arguments.begin(), m.term.arguments.end(),
-                         [&name](const auto &argument) { return argument.second == name; });
-    });
-  });
-}
-
-// The best change of variance, if it is one. True when one was claimed.
-bool ChannelSearch::claim_variance() {
-  if (!out_.variances.empty())
-    return false;
-  const auto proposals = scanner_->variance(out_.fit, out_.noise);
-  VarianceClaim claim;
-  claim.term.channel = channel_.name;
-  claim.term.cause = claim.term.form = "noise";
-  claim.term.kind = TermKind::variance;
-  if (!proposals.empty() && proposals[0].score() >= options_.threshold &&
-      !is_beside_law(proposals[0]) && !is_of_one_step(channel_, scanner_->inside(proposals[0]))) {
-    const Proposal &p = proposals[0];
-    claim.mask = scanner_->inside(p);
-    claim.term.gate = scanner_->gate(p);
-    claim.term.sizes = {
-        {"ratio", p.ratio, p.ratio * std::sqrt(2.0 / std::max(1.0, claim.mask.sum())), ""}};
-    claim.ln_anom = p.gain;
-    claim.score = p.score();
-    out_.variances.push_back(claim);
-    return true;
-  }
-  return false;
 }
 
 // Of a form with a column for every log, whose first size is beta[first].

@@ -105,6 +105,9 @@ private:
     double score = -1e300;
   };
   Member make_member(const Proposal &proposal) const;
+  void try_proposal(Proposal proposal, const std::vector<Member> &members, const Fit &fit,
+                    Best *best) const;
+  void leave_out_features(const std::vector<Member> &members, const Fit &fit, Best *best) const;
   Member table_member(int feature, int knots) const;
   double gain_of(const std::vector<Member> &members, double loss_without) const;
   Best best_of(const std::vector<Proposal> &proposals, const std::vector<Member> &members,

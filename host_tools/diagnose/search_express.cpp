@@ -106,6 +106,12 @@ bool is_plain_product(const Term &term) {
   return term.basis[0] == f + "*" + g || term.basis[0] == g + "*" + f;
 }
 
+// Whether it is nothing but a feature: a coupling, which is not tried for the same reason.
+bool is_plain_coupling(const Term &term) {
+  return term.form == "expression" && term.basis.size() == 1 && term.arguments.size() == 1 &&
+         term.basis[0] == term.arguments.begin()->first;
+}
+
 } // namespace
 
 // Resistances over one velocity whose sizes have opposite signs are pieces of a curve, no laws.
@@ -460,6 +466,8 @@ void ChannelSearch::name_parts() {
   for (Member &member : out_.members) {
     if (is_plain_product(member.term))
       member.term.cause = "product";
+    if (is_plain_coupling(member.term))
+      member.term.cause = "coupling";
   }
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }

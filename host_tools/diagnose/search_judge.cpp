@@ -563,26 +563,6 @@ void ChannelSearch::settle() {
   judge();
 }
 
-// A box's edge beyond which, within its other bounds, no row lies is only the end of the data.
-void ChannelSearch::open_edges() {
-  for (Member &member : out_.members) {
-    Gate &gate = member.term.gate;
-    if (member.is_given || gate.is_ellipse)
-      continue;
-    for (std::size_t k = 0; k < gate.features.size(); ++k) {
-      const int f = measured_.find_feature(base_feature(gate.features[k]));
-      if (f >= 0 && measured_.features[static_cast<std::size_t>(f)].is_angle)
-        continue;
-      const Vector x = feature_column(measured_, gate.features[k]);
-      gate.open_lower.resize(gate.features.size());
-      gate.open_upper.resize(gate.features.size());
-      const double slack = 1e-9 * (x.maxCoeff() - x.minCoeff());
-      gate.open_lower[k] = gate.lower[k] <= x.minCoeff() + slack;
-      gate.open_upper[k] = gate.upper[k] >= x.maxCoeff() - slack;
-    }
-  }
-}
-
 // Scatter other than stated, everywhere.
 void ChannelSearch::claim_overall_variance() {
   // Of the whole residual: noise of the start, which y_ is without, is in the stated sd.

@@ -79,6 +79,40 @@ void a_constant_in_a_region(void **) {
   assert_true(again.adequate());
 }
 
+// A region of one feature is said with one, and its edge is where the rows say it is.
+void a_region_of_one_feature(void **) {
+  for (std::uint64_t seed = 19; seed <= 21; ++seed) {
+    const auto logs = drives(seed, [](double, double, double b) { return b > 12.3 ? 0.6 : 0.0; });
+    const Diagnosis d = diagnosis(logs);
+    assert_int_equal(d.findings.size(), 1);
+    const rim::diagnose::Gate &gate = d.findings[0].term.gate;
+    assert_int_equal(gate.features.size(), 1);
+    assert_string_equal(gate.features[0].c_str(), "x.battery_V");
+    const double low = std::min(gate.lower[0], 12.3), high = std::max(gate.lower[0], 12.3);
+    std::ptrdiff_t between = 0;
+    for (const rim::Log &log : logs)
+      between += ((log.values.col(2).array() > low) && (log.values.col(2).array() < high)).count();
+    assert_true(between <= 1);
+  }
+}
+
+// A leak goes with a pressure that varies by less than a fifth of its mean.
+void a_coupling_of_what_varies_little(void **) {
+  auto logs = drives(22, [](double, double, double) { return 0.0; });
+  for (rim::Log &log : logs) {
+    constexpr Eigen::Index kMeasured = 3;
+    log.columns[2] = {"x.pressure_bar", "bar", Role::context};
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+      log.values(i, 2) = 120.0 + 25.0 * std::sin(static_cast<double>(i) / 37.0);
+      log.values(i, kMeasured) -= 0.01 * log.values(i, 2);
+    }
+  }
+  const Diagnosis d = diagnosis(logs);
+  assert_int_equal(d.findings.size(), 1);
+  assert_string_equal(d.findings[0].term.cause.c_str(), "coupling");
+  assert_near(d.findings[0].term.sizes[0].value, -0.01, 0.0002);
+}
+
 void drag(void **) {
   const Diagnosis d =
       diagnosis(drives(2, [](double v, double, double) { return -0.02 * v * std::abs(v); }));
@@ -423,10 +457,12 @@ void threads_change_nothing(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 7, 11 to 18, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
+  std::printf("seeds 1 to 7, 11 to 22, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
               "1952\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_constant_in_a_region),
+      cmocka_unit_test(a_region_of_one_feature),
+      cmocka_unit_test(a_coupling_of_what_varies_little),
       cmocka_unit_test(drag),
       cmocka_unit_test(a_product_goes_on_beyond),
       cmocka_unit_test(two_effects),
