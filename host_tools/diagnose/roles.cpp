@@ -32,6 +32,9 @@ constexpr double kMostRateError = 0.3;
 constexpr double kLeastStateCorrelation = 0.9;
 constexpr double kLeastStartCorrelation = 0.5;
 constexpr double kNoChange = 1e-6; // of the largest prediction
+// A reading whose changes from row to row go on like this is smooth, and a prediction that starts
+// from it then moves on as it does.
+constexpr double kSmoothReading = 0.5, kLeastMovingOn = 0.2;
 // Sense of a velocity: the least correlation of a level with the prediction; rows that are looked
 // at.
 constexpr double kSenseOfLevel = 0.8;
@@ -429,6 +432,12 @@ std::vector<int> velocities(const Measured &thin) {
   return out;
 }
 
+namespace {
+
+double largest(const std::vector<double> &x) { return *std::max_element(x.begin(), x.end()); }
+
+} // namespace
+
 std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
   const Measured &measured = full(thin);
   const Channel &channel = full(thin, of_thin);
@@ -458,7 +467,12 @@ std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
     return state >= 0 && may_move(measured, channel, state) ? std::vector<int>{state}
                                                             : std::vector<int>{};
   }
-  const double most = *std::max_element(follows.begin(), follows.end());
+  // Over a row the changes of a noisy reading say little, over more rows they say more.
+  for (std::size_t rows = 4; largest(follows) <= kLeastOwnCorrelation && rows <= 16; rows *= 4) {
+    for (std::size_t k = 0; k < fitting.size(); ++k)
+      follows[k] = std::max(follows[k], integral_correlation(measured, channel, fitting[k], rows));
+  }
+  const double most = largest(follows);
   if (most <= kLeastOwnCorrelation)
     return fitting;
   std::vector<int> own;
@@ -490,13 +504,35 @@ int own_state(const Measured &thin, const Channel &of_thin) {
   return best;
 }
 
+namespace {
+
+// Whether what the prediction adds to the reading may be the change within a row: not where the
+// reading moves smoothly and that is unlike its change. The prediction then is only alike, as that
+// of an arm is to the angle of its motor.
+bool moves_on(const Measured &measured, const Channel &channel, int feature) {
+  Moments smooth, follows;
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first + 1; i + 1 < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      const double change = measured.x(k + 1, feature) - measured.x(k, feature);
+      smooth.add(measured.x(k, feature) - measured.x(k - 1, feature), change);
+      follows.add(change, channel.m(k) - measured.x(k, feature));
+    }
+  }
+  return smooth.correlation() < kSmoothReading || follows.correlation() > kLeastMovingOn;
+}
+
+} // namespace
+
 bool starts_from(const Measured &thin, const Channel &of_thin, int feature) {
   const Measured &measured = full(thin);
   const Channel &channel = full(thin, of_thin);
   const Vector change = channel.m - measured.x.col(feature);
   if (change.cwiseAbs().maxCoeff() <= kNoChange * channel.m.cwiseAbs().maxCoeff())
     return false; // it is the reading: of no change within a row can anything come late
-  Moments bends;  // second differences: of what moves smoothly little is left
+  if (!moves_on(measured, channel, feature))
+    return false;
+  Moments bends; // second differences: of what moves smoothly little is left
   for (const LogSpan &log : measured.logs) {
     for (std::size_t i = log.first + 1; i + 1 < log.first + log.rows; ++i) {
       const auto k = static_cast<Index>(i);

@@ -190,12 +190,14 @@ std::string finding_sentence(const Finding &finding, const Channel &channel) {
   text += term.cause == "unknown" ? ". Cause: unknown" : ". Cause: " + cause_words(term.cause);
   if (!finding.separable && !finding.alternatives.empty()) {
     text += "; the data cannot tell it from ";
-    std::string others;
+    std::vector<std::string> others;
     for (const Alternative &a : finding.alternatives) {
-      if (a.delta_bic <= kSeparableBic)
-        others += (others.empty() ? "" : " or ") + cause_words(a.cause);
+      const std::string name = a.cause == "unknown" ? "other formulas" : cause_words(a.cause);
+      if (a.delta_bic <= kSeparableBic &&
+          std::find(others.begin(), others.end(), name) == others.end())
+        others.push_back(name);
     }
-    text += others;
+    text += fmt::format("{}", fmt::join(others, " or "));
   }
   return text + ".";
 }
