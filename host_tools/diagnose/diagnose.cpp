@@ -89,8 +89,8 @@ std::vector<ChannelFindings> search_all(const Measured &measured, const Measured
   Measured held;
   if (!options.holdout.empty())
     held = thinned(make_measured(options.holdout, Constants::keep), most_searched(measured));
-  const SearchOptions search = search_options(threshold, options.catalogue,
-                                              options.holdout.empty() ? nullptr : &held);
+  const SearchOptions search =
+      search_options(threshold, options.catalogue, options.holdout.empty() ? nullptr : &held);
   std::vector<ChannelFindings> found(measured.channels.size());
   Progress progress("searching", found.size());
   parallel_for(found.size(), [&](std::size_t c) {
@@ -243,8 +243,7 @@ private:
   void judge_folds(const std::vector<std::uint8_t> &fold_of_row,
                    const std::vector<std::vector<Term>> &terms);
   void keep_from_others(const std::vector<std::uint8_t> &fold_of_row,
-                        std::vector<ChannelFindings> *found,
-                        std::vector<std::vector<Term>> *terms);
+                        std::vector<ChannelFindings> *found, std::vector<std::vector<Term>> *terms);
 
   const Measured &measured_;
   const Options &options_;
@@ -327,8 +326,7 @@ void Gains::cross_validate(std::vector<ChannelFindings> *found) {
         rest.all = std::make_unique<Measured>(
             select(measured_, fold_of_row, static_cast<int>(fold), false));
         // As thin as the whole search was.
-        const std::size_t most =
-            most_searched(measured_) * rest.all->rows() / measured_.rows() + 1;
+        const std::size_t most = most_searched(measured_) * rest.all->rows() / measured_.rows() + 1;
         rest.few = std::make_unique<Measured>(thinned(*rest.all, most));
       }
     }
@@ -470,6 +468,11 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
                                              "allowed for",
                                              channel.name, found[c].start.sd * channel.sd.mean(),
                                              channel.unit.empty() ? "" : " " + channel.unit));
+    if (found[c].step > 0.0)
+      diagnosis->notes.push_back(
+          fmt::format("{}: it is read in steps of {:.3g}; what these alone would feign "
+                      "is not claimed",
+                      channel.name, found[c].step));
     if (found[c].is_noisy_prediction)
       diagnosis->notes.push_back(fmt::format(
           "{}: the prediction is made of noisy readings: a lag or delay that would only "

@@ -16,24 +16,6 @@ constexpr double kMoreThanRounded = 3.0; // times as many zeros as by rounding
 constexpr double kCoarse = 0.5;          // sd: a step that is no smaller shows in what is read
 constexpr double kBesideStep = 3.0;      // sd: by how much noise takes a reading over a step's ends
 
-// The step between neighbouring values: the middle one where readings are quantised (few values),
-// a small one where they are not.
-double resolution(const Vector &z) {
-  std::vector<double> values(z.data(), z.data() + z.size());
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-  if (values.size() < 2)
-    return 0.0;
-  std::vector<double> gaps;
-  for (std::size_t i = 1; i < values.size(); ++i)
-    gaps.push_back(values[i] - values[i - 1]);
-  const bool is_quantised = 3 * values.size() < static_cast<std::size_t>(z.size());
-  const auto at =
-      gaps.begin() + static_cast<std::ptrdiff_t>(is_quantised ? gaps.size() / 2 : gaps.size() / 10);
-  std::nth_element(gaps.begin(), at, gaps.end());
-  return *at;
-}
-
 // Natural share of equal neighbours. Only isolated repeats count, so that a stuck stretch cannot
 // raise the share by which it is judged.
 double natural_repeats(const Measured &measured, const Vector &z) {
@@ -78,8 +60,7 @@ Flagged picked(const Flagged &whole, const Measured &measured) {
 // Whether nothing but a little motion is predicted in these rows: friction may hold what stands.
 bool is_held(const Channel &channel, std::size_t first, std::size_t end) {
   const double rms = std::sqrt(channel.z.squaredNorm() / static_cast<double>(channel.z.size()));
-  return channel.m
-             .segment(static_cast<Index>(first), static_cast<Index>(end - first))
+  return channel.m.segment(static_cast<Index>(first), static_cast<Index>(end - first))
              .cwiseAbs()
              .maxCoeff() < kSmall * rms;
 }
@@ -122,6 +103,22 @@ std::vector<std::uint8_t> zeros_at_rest(const Measured &measured, const Channel 
 }
 
 } // namespace
+
+double resolution(const Vector &z) {
+  std::vector<double> values(z.data(), z.data() + z.size());
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  if (values.size() < 2)
+    return 0.0;
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    gaps.push_back(values[i] - values[i - 1]);
+  const bool is_quantised = 3 * values.size() < static_cast<std::size_t>(z.size());
+  const auto at =
+      gaps.begin() + static_cast<std::ptrdiff_t>(is_quantised ? gaps.size() / 2 : gaps.size() / 10);
+  std::nth_element(gaps.begin(), at, gaps.end());
+  return *at;
+}
 
 bool is_of_one_step(const Channel &channel, const Vector &inside) {
   double least = 1e300, most = -1e300, sd = 0.0;

@@ -20,6 +20,10 @@ struct Flagged {
 // resolution (the steps between its values), is below exp(-5) over all rows. O(n log n).
 Flagged find_flagged(const Measured &measured, const Channel &channel);
 
+// The step between neighbouring values: the middle one where readings are quantised (few values),
+// a small one where they are not.
+double resolution(const Vector &z);
+
 // Whether all that is predicted in these rows (1: inside) lies within one step of a coarse reading:
 // its error there is by where within the step that is, and scatters less, or more, for it.
 bool is_of_one_step(const Channel &channel, const Vector &inside);

@@ -724,11 +724,14 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   out_.fit = fit_members(y_, out_.members, out_.noise);
   drop_unconfirmed();
   drop_regions_of_noise();
+  drop_feigned_by_steps();
   drop_contradicted();
   name_parts();
   estimate_noise();
   fill_sizes();
   settle();
+  if (join_one_way_gain())
+    settle();
   search_beside_run(given);
   claim_overall_variance();
   refit_plain();

@@ -78,6 +78,7 @@ struct ChannelFindings {
   Flagged flagged;
   std::vector<Unconfirmed> unconfirmed;
   StartNoise start;
+  double step = 0.0;                // of a reading so coarse that it feigned something; 0: none
   bool is_noisy_prediction = false; // a lag would have smoothed it, or a level cut its noise
   std::vector<Member> members;      // terms with their sizes filled in
   std::vector<Claim> claims;        // one a member
@@ -107,6 +108,9 @@ private:
   Member make_member(const Proposal &proposal) const;
   void try_proposal(Proposal proposal, const std::vector<Member> &members, const Fit &fit,
                     Best *best) const;
+  double beyond_steps(const std::vector<Member> &members, double step) const;
+  void drop_feigned_by_steps();
+  bool join_one_way_gain();
   void leave_out_features(const std::vector<Member> &members, const Fit &fit, Best *best) const;
   Member table_member(int feature, int knots) const;
   double gain_of(const std::vector<Member> &members, double loss_without) const;

@@ -3,12 +3,21 @@
 #include "diagnose/search.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace rim::diagnose {
 
 namespace {
 
+using Index = Eigen::Index;
 constexpr double kBesideLaw = 0.15; // share of the rows
+// A step, in standard deviations of what remains, beyond which the error goes with where within the
+// step the outcome is: by .2 % of the step here, by 15 % at 2.9.
+constexpr double kCoarseStep = 1.75;
+// Share of what the steps do not explain that a term must take off.
+constexpr double kBeyondSteps = 0.03;
+constexpr double kStepsOfRegion = 2.0;
+constexpr double kOneForTwo = 5.0; // nats that one finding in the place of two may cost
 
 } // namespace
 
@@ -26,6 +35,101 @@ void ChannelSearch::leave_out_features(const std::vector<Member> &members, const
   }
   if (simpler.score > best->score - kOfFeature && simpler.score >= options_.threshold)
     *best = simpler;
+}
+
+// Squares of the residual beyond half a step: a coarse reading says no more of the outcome.
+double ChannelSearch::beyond_steps(const std::vector<Member> &members, double step) const {
+  const Fit fit = fit_members(y_, members, out_.noise);
+  const Eigen::ArrayXd half = 0.5 * step / channel_.sd.array();
+  return ((fit.residual.array().abs() - half).max(0.0).square() * out_.noise.weight.array()).sum();
+}
+
+// The error of a coarse reading is a saw over what is predicted; pieces of its teeth are no gains
+// or biases, nor is it noise that differs from tooth to tooth.
+void ChannelSearch::drop_feigned_by_steps() {
+  const double step = resolution(channel_.z);
+  const auto is_coarse = [&] {
+    const Vector left = out_.fit.residual.cwiseProduct(channel_.sd);
+    return step > kCoarseStep * std::sqrt(left.cwiseAbs2().dot(measured_rows_) /
+                                          std::max(1.0, measured_rows_.sum()));
+  };
+  while (is_coarse()) {
+    const double all = beyond_steps(out_.members, step);
+    std::size_t worst = out_.members.size();
+    double least = 0.0;
+    for (std::size_t j = 0; j < out_.members.size(); ++j) {
+      const double fall = beyond_steps(without(j), step) * (1.0 - kBeyondSteps) - all;
+      if (!out_.members[j].is_given && fall < least) {
+        least = fall;
+        worst = j;
+      }
+    }
+    if (worst == out_.members.size())
+      break;
+    out_.members = without(worst);
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+    out_.step = step;
+  }
+  const auto is_of_steps = [&](const VarianceClaim &claim) {
+    double low = 1e300, high = -1e300;
+    for (Index i = 0; i < claim.mask.size(); ++i) {
+      low = claim.mask(i) > 0.0 ? std::min(low, channel_.m(i)) : low;
+      high = claim.mask(i) > 0.0 ? std::max(high, channel_.m(i)) : high;
+    }
+    return !claim.term.gate.everywhere() && high - low < kStepsOfRegion * step;
+  };
+  if (is_coarse() && std::any_of(out_.variances.begin(), out_.variances.end(), is_of_steps)) {
+    out_.variances.clear(); // there is one at most
+    out_.step = step;
+    weigh();
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+  }
+}
+
+// A gain and as much of the magnitude of a quantity are a gain where that quantity has one sign: a
+// command that does more, or less, in one direction. True where that was so.
+bool ChannelSearch::join_one_way_gain() {
+  const auto find = [this](const char *form) {
+    return static_cast<std::size_t>(std::find_if(out_.members.begin(), out_.members.end(),
+                                                 [form](const Member &m) {
+                                                   return !m.is_given && !m.differs &&
+                                                          m.term.form == form &&
+                                                          m.term.gate.everywhere();
+                                                 }) -
+                                    out_.members.begin());
+  };
+  const std::size_t gain = find("gain"), magnitude = find("coupling_magnitude");
+  if (std::max(gain, magnitude) >= out_.members.size())
+    return false;
+  const std::string name = out_.members[magnitude].term.arguments.begin()->second;
+  const int f = measured_.find_feature(name);
+  if (f < 0)
+    return false;
+  const auto x = measured_.x.col(f);
+  GateFeature over;
+  over.name = name;
+  over.unit = measured_.features[static_cast<std::size_t>(f)].unit;
+  double best = score_of(out_.members, out_.noise) - kOneForTwo;
+  std::vector<Member> joined;
+  for (const bool is_above : {true, false}) {
+    std::vector<Member> all = without(std::max(gain, magnitude));
+    all.erase(all.begin() + static_cast<std::ptrdiff_t>(std::min(gain, magnitude)));
+    Member one = out_.members[gain];
+    one.penalty += library_.gate_penalty(1);
+    add_bounds(over, is_above ? 0.0 : x.minCoeff(), is_above ? x.maxCoeff() : 0.0, &one.term.gate);
+    one.h = gate_mask(one.term.gate, measured_).asDiagonal() * one.h;
+    all.push_back(one);
+    if (const double score = score_of(all, out_.noise); score > best) {
+      best = score;
+      joined = all;
+    }
+  }
+  if (joined.empty())
+    return false;
+  out_.members = joined;
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  fill_sizes();
+  return true;
 }
 
 // Wider in a few rows, in a place that only names what a claimed term is made of: that is how the

@@ -231,7 +231,7 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
   for (const Gain &g : diagnosis.gains) {
     if (!diagnosis.findings.empty() && g.where == "all" && g.horizon_s == 0.0 &&
         g.channel == diagnosis.findings.front().term.channel &&
-        diagnosis.findings.front().term.kind != TermKind::variance) {
+        diagnosis.findings.front().term.kind == TermKind::mean) {
       const bool differs =
           std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), [&g](const Finding &f) {
             return f.term.channel == g.channel && !f.term.sizes.empty() &&

@@ -241,6 +241,10 @@ awk -F, -v OFS=, 'NR > 1 && NR % 17 == 0 {$6 = 0} 1' bias2.csv > gone2.csv
 diagnose gone1.csv gone2.csv --out gone $few > out.txt; check "dropouts" 1 $?
 contains "the gain without and with them" "$(cat out.txt)" "with flagged"
 contains "a share of the rows below all" "$(grep 'Cause: dropout' out.txt)" "(6 % of the rows)"
+awk -F, -v OFS=, 'NR > 1 && NR % 17 == 0 {$6 = 0} 1' white1.csv > gone1.csv
+awk -F, -v OFS=, 'NR > 1 && NR % 17 == 0 {$6 = 0} 1' white2.csv > gone2.csv
+diagnose gone1.csv gone2.csv --out gone $few > out.txt; check "dropouts alone" 1 $?
+check "of rows that are left out no gain is said" 0 "$(head -1 out.txt | grep -c -e 'borne out' -e Correcting)"
 
 # --- constant: a feature is left out and said, a channel that never changes is no crash
 awk -F, -v OFS=, 'NR > 1 {$3 = 12.5} 1' white1.csv > level.csv

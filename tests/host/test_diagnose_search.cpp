@@ -113,6 +113,56 @@ void a_coupling_of_what_varies_little(void **) {
   assert_near(d.findings[0].term.sizes[0].value, -0.01, 0.0002);
 }
 
+// A command that does more in one direction: one finding, with the edge at none.
+void a_gain_in_one_direction(void **) {
+  const Diagnosis d = diagnosis(
+      drives(23, [](double v, double u, double) { return u > 0.0 ? 0.3 * (u - 0.2 * v) : 0.0; }));
+  assert_int_equal(d.findings.size(), 1);
+  const rim::diagnose::Term &term = d.findings[0].term;
+  assert_string_equal(term.cause.c_str(), "gain");
+  assert_near(term.sizes[0].value, 0.3, 0.02);
+  assert_int_equal(term.gate.features.size(), 1);
+  assert_near(term.gate.lower[0], 0.0, 0.1);
+}
+
+// A speed that hardly varies is no motion that a friction turns with: the constant is one.
+void a_constant_beside_a_steady_speed(void **) {
+  auto logs = drives(25, [](double, double, double) { return -0.3; });
+  Random random(26);
+  for (rim::Log &log : logs) {
+    log.columns[1] = {"x.rotor_rpm", "rpm", Role::context};
+    log.columns[3] = {"z.yaw_acc", "", Role::outcome};
+    log.columns[4] = {"m.yaw_acc", "", Role::mean};
+    log.columns[5] = {"sd.yaw_acc", "", Role::sd};
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i)
+      log.values(i, 1) = 400.0 + 3.0 * random.normal();
+  }
+  const Diagnosis d = diagnosis(logs);
+  assert_int_equal(d.findings.size(), 1);
+  assert_string_equal(d.findings[0].term.cause.c_str(), "bias");
+}
+
+// Readings in whole steps, of an outcome that is as predicted, claim nothing; a constant shows
+// through them.
+void a_coarse_reading(void **) {
+  for (const double off : {0.0, 0.2}) {
+    auto logs = drives(24, [off](double, double, double b) { return b > 12.2 ? off : 0.0; });
+    for (rim::Log &log : logs) {
+      log.columns.pop_back();
+      log.values.conservativeResize(Eigen::NoChange, 5);
+      for (Eigen::Index i = 0; i < log.values.rows(); ++i)
+        log.values(i, 3) = 0.5 * std::round(log.values(i, 3) / 0.5);
+    }
+    const Diagnosis d = diagnosis(logs);
+    assert_int_equal(d.findings.size(), off > 0.0 ? 1 : 0);
+    for (const auto &f : d.findings) {
+      assert_string_equal(f.term.cause.c_str(), "bias");
+      assert_near(f.term.sizes[0].value, off, 0.03);
+      assert_string_equal(f.term.gate.features[0].c_str(), "x.battery_V");
+    }
+  }
+}
+
 void drag(void **) {
   const Diagnosis d =
       diagnosis(drives(2, [](double v, double, double) { return -0.02 * v * std::abs(v); }));
@@ -457,12 +507,15 @@ void threads_change_nothing(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 7, 11 to 22, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
+  std::printf("seeds 1 to 7, 11 to 26, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
               "1952\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_constant_in_a_region),
       cmocka_unit_test(a_region_of_one_feature),
       cmocka_unit_test(a_coupling_of_what_varies_little),
+      cmocka_unit_test(a_gain_in_one_direction),
+      cmocka_unit_test(a_constant_beside_a_steady_speed),
+      cmocka_unit_test(a_coarse_reading),
       cmocka_unit_test(drag),
       cmocka_unit_test(a_product_goes_on_beyond),
       cmocka_unit_test(two_effects),
