@@ -379,7 +379,9 @@ double Builder::other_predictions(const std::vector<int> &arguments) const {
 std::string group_of(const Form &form, const Term &term) {
   const bool has_levels =
       !form.shape.empty() && form.shape[0].quantiles_of.rfind("abs(", 0) == std::string::npos;
-  std::string group = form.is_physical || form.is_fixed || form.cause == "drift"
+  // What is limited above may have another limit below.
+  std::string group = form.is_fixed && has_levels ? form.form
+                      : form.is_physical || form.is_fixed || form.cause == "drift"
                           ? form.cause
                           : form.form + (has_levels ? std::to_string(term.shape[0].value) : "");
   for (const auto &[name, feature] : term.arguments) {

@@ -718,6 +718,7 @@ void ChannelSearch::find_members(const Allowed &allowed) {
 ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   prepare(given);
   find_beside_start(given);
+  limit_hinges();
   for (int round = 0; round < 3; ++round)
     smooth_unknowns();
   formulas_for_tables();

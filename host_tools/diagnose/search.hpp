@@ -110,6 +110,7 @@ private:
                     Best *best) const;
   double beyond_steps(const std::vector<Member> &members, double step) const;
   void drop_feigned_by_steps();
+  void limit_hinges();
   bool join_one_way_gain();
   void leave_out_features(const std::vector<Member> &members, const Fit &fit, Best *best) const;
   Member table_member(int feature, int knots) const;

@@ -86,6 +86,33 @@ void ChannelSearch::drop_feigned_by_steps() {
   }
 }
 
+// A limit of the prediction, above or below, in the place of a hinge that does no better: sets of
+// forms are of such as have a size, which a limit has not.
+void ChannelSearch::limit_hinges() {
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    const Member &hinge = out_.members[j];
+    if (hinge.is_given || hinge.term.cause != "hinge" || !hinge.term.gate.everywhere())
+      continue;
+    const std::vector<Member> others = without(j);
+    const Fit fit = fit_members(y_, others, out_.noise);
+    Best best;
+    for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+      const std::string &form = library_.candidates[c].term.form;
+      Proposal proposal;
+      proposal.candidate = static_cast<int>(c);
+      proposal.penalty = library_.candidates[c].penalty;
+      if ((form == "saturation_above" || form == "saturation_below") && !excludes(proposal, others))
+        try_proposal(proposal, others, fit, &best);
+    }
+    std::vector<Member> all = others;
+    all.push_back(best.member);
+    if (best.score > 0.0 && score_of(all, out_.noise) > score_of(out_.members, out_.noise)) {
+      out_.members[j] = best.member;
+      out_.fit = fit_members(y_, out_.members, out_.noise);
+    }
+  }
+}
+
 // A gain and as much of the magnitude of a quantity are a gain where that quantity has one sign: a
 // command that does more, or less, in one direction. True where that was so.
 bool ChannelSearch::join_one_way_gain() {

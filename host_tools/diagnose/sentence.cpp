@@ -126,9 +126,13 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
   if (term.cause == "gain" && !term.sizes.empty())
     return fmt::format("is {:.4g} times what is predicted (standard error {:.2g})",
                        1.0 + term.sizes[0].value, term.sizes[0].stderror);
+  const bool is_below = term.form == "saturation_below";
   if (term.cause == "saturation" && !term.shape.empty())
-    return fmt::format("does not go beyond {:.4g}{}{} where more is predicted{}",
-                       term.shape[0].value, unit, by_speed_text(term),
+    return fmt::format("does not go {} {:.4g}{}{} where {} is predicted{}",
+                       is_below                          ? "below"
+                       : term.form == "saturation_above" ? "above"
+                                                         : "beyond",
+                       term.shape[0].value, unit, by_speed_text(term), is_below ? "less" : "more",
                        term.form == kSaturationBefore ? ", before it comes late" : "");
   if (term.form == "coulomb_stick" && !term.shape.empty())
     return fmt::format("loses {:.4g}{} to friction within a row, and stays at rest where no more "

@@ -142,6 +142,19 @@ void a_constant_beside_a_steady_speed(void **) {
   assert_string_equal(d.findings[0].term.cause.c_str(), "bias");
 }
 
+// A drive with another limit in either direction.
+void a_limit_in_each_direction(void **) {
+  const Diagnosis d = diagnosis(drives(27, [](double v, double u, double) {
+    const double m = u - 0.2 * v;
+    return std::max(-0.5, std::min(0.8, m)) - m;
+  }));
+  assert_int_equal(d.findings.size(), 2);
+  for (const auto &f : d.findings) {
+    assert_string_equal(f.term.cause.c_str(), "saturation");
+    assert_near(f.term.shape[0].value, f.term.form == "saturation_below" ? -0.5 : 0.8, 0.03);
+  }
+}
+
 // Readings in whole steps, of an outcome that is as predicted, claim nothing; a constant shows
 // through them.
 void a_coarse_reading(void **) {
@@ -507,7 +520,7 @@ void threads_change_nothing(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 7, 11 to 26, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
+  std::printf("seeds 1 to 7, 11 to 27, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
               "1952\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_constant_in_a_region),
@@ -515,6 +528,7 @@ int main() {
       cmocka_unit_test(a_coupling_of_what_varies_little),
       cmocka_unit_test(a_gain_in_one_direction),
       cmocka_unit_test(a_constant_beside_a_steady_speed),
+      cmocka_unit_test(a_limit_in_each_direction),
       cmocka_unit_test(a_coarse_reading),
       cmocka_unit_test(drag),
       cmocka_unit_test(a_product_goes_on_beyond),
