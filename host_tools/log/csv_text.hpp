@@ -82,8 +82,8 @@ inline std::size_t line_of(std::string_view text, std::size_t at) {
   return lines + (at > text.size() ? 1 : 0);
 }
 
-// The fields of a line, with their quotation marks. Of a blank as the delimiter several count as
-// one, and those at the ends as none.
+// The fields of a line, with their quotation marks, of which two in a row within a field stand for
+// one (RFC 4180). Of a blank as the delimiter several count as one, and those at the ends as none.
 inline void split_fields(std::string_view line, char delimiter,
                          std::vector<std::string_view> &fields) {
   fields.clear();
@@ -96,10 +96,11 @@ inline void split_fields(std::string_view line, char delimiter,
   const char *at = line.data(), *const end = line.data() + line.size();
   for (;;) {
     const char *begin = at;
-    if (at < end && *at == '"') {
+    while (at < end && *at == '"') { // once more behind two in a row
       at++;
       while (at < end && *at != '"')
         at++;
+      at += at < end ? 1 : 0;
     }
     while (at < end && *at != delimiter)
       at++;

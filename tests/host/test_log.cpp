@@ -92,6 +92,18 @@ void reads_a_plain_log(void **) {
   assert_int_equal(rim::role_columns(log, rim::Role::sensor)[0], 2);
 }
 
+// RFC 4180: two quotation marks in a row within a field stand for one, and a comma there parts
+// nothing.
+void quoted_fields_may_hold_quotation_marks_and_commas(void **) {
+  const auto log = read(write("q.csv", "t_s,\"note \"\"a\"\", b\",s.alt_m\n"
+                                       "0,\"he said \"\"stop\"\", then\",3\n"
+                                       "1,\"\",4\n"
+                                       "2,\"\"\"\",5\n"));
+  assert_int_equal(log.columns.size(), 1);
+  assert_int_equal(log.t_s.size(), 3);
+  assert_true(log.values(0, 0) == 3.0 && log.values(1, 0) == 4.0 && log.values(2, 0) == 5.0);
+}
+
 void writing_then_reading_gives_the_same(void **) {
   rim::Log log;
   log.comments = {"seed 7"};
@@ -345,6 +357,7 @@ void a_schema_of_columns_is_refused_for_an_lcm_log(void **) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(reads_a_plain_log),
+      cmocka_unit_test(quoted_fields_may_hold_quotation_marks_and_commas),
       cmocka_unit_test(writing_then_reading_gives_the_same),
       cmocka_unit_test(incomplete_rows_are_skipped_counted_and_named),
       cmocka_unit_test(columns_without_a_role_are_named_once),
