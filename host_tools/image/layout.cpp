@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "rim/monitor.h"
 #include "util/error.hpp"
 
 extern "C" {
@@ -10,6 +11,22 @@ extern "C" {
 }
 
 namespace rim {
+
+namespace {
+
+// The library's arrays have room for so many and no more.
+void check_counts(const Layout &layout, const Log &log) {
+  const auto check = [&log](std::size_t count, std::size_t most, const char *what) {
+    if (count > most)
+      throw DataError(log.path + ": has " + std::to_string(count) + " columns " + what +
+                      ", and the monitor takes at most " + std::to_string(most) +
+                      ": leave some of them out (leave_out = [\"NAME\"] in a schema)");
+  };
+  check(layout.features(), RIM_MONITOR_MAX_FEATURES, "x. u. s.");
+  check(layout.outcomes(), RIM_MONITOR_MAX_OUTCOMES, "to monitor");
+}
+
+} // namespace
 
 Layout layout_of(const Log &log) {
   Layout layout;
@@ -41,6 +58,7 @@ Layout layout_of(const Log &log) {
   if (layout.features() == 0) {
     throw DataError(log.path + ": no context: no column 'x.NAME', 'u.NAME' or 's.NAME'");
   }
+  check_counts(layout, log);
   return layout;
 }
 

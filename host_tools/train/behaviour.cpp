@@ -85,6 +85,11 @@ void learn_means(Basis *basis, const RunStore &runs) {
 
 namespace {
 
+bool all_are_single(const std::vector<double> &numbers) {
+  return std::all_of(numbers.begin(), numbers.end(),
+                     [](double x) { return std::isfinite(single(x)); });
+}
+
 double error_of_run(const Eigen::VectorXd &e) {
   double within = 0.0;
   return run_error(e, &within);
@@ -218,14 +223,19 @@ Behaviour fit_behaviour(Basis *basis, const Layout &layout,
   const std::vector<std::uint16_t> inputs = drivers(*basis, layout, chosen.outside);
   const Rolled rolled = fit_rolled(*basis, runs, worth_rolling(*fitter, chosen, layout), inputs,
                                    block_s, error_of_run);
+  const Basis without = *basis;
   if (add_rolled_terms(basis, rolled, inputs)) {
     const auto all = [&](std::size_t r) {
       return std::make_shared<const Matrix>(
           with_rolled(*basis, runs.wide(r)->terms, rolled.values[r]));
     };
     learn(runs.size(), all, &basis->center, &basis->inverse_sd);
-    fitter = std::make_unique<Fitter>(*basis, runs, &rolled.values);
-    choose_states(*fitter, *basis, layout, &chosen);
+    if (all_are_single(basis->center)) {
+      fitter = std::make_unique<Fitter>(*basis, runs, &rolled.values);
+      choose_states(*fitter, *basis, layout, &chosen);
+    } else { // products of states that an image could not hold
+      *basis = without;
+    }
   }
   for (const auto less : {&TargetModel::quick, &TargetModel::still})
     choose_less(*fitter, *basis, layout, less, &chosen);

@@ -27,8 +27,11 @@ constexpr double kSideWidth = 0.05; // of the largest magnitude: where a directi
 constexpr std::size_t kDecays = 5;
 constexpr std::size_t kMovementTimes = 5; // time constants of how a command moves, the quickest
 constexpr std::size_t kMostFactors = 32; // outcomes from which on their products are not tried
-// Raw terms come through the flight code's clip; a power of two, so that nothing is rounded.
-constexpr float kRawScale = 0x1p-60F;
+// Raw terms come through the flight code's clip, which no number of single precision reaches then;
+// a power of two, so that nothing is rounded.
+constexpr float kRawScale = 0x1p-126F;
+// What may become larger is no input and no term: an image could not hold its mean.
+constexpr double kLargest = 1e37;
 // The part of a filtered command that a gap may leave unknown.
 constexpr double kMostUnknown = 0.1;
 
@@ -62,10 +65,22 @@ std::size_t harmonics_of(const Survey &survey, std::size_t feature) {
   return (std::max(survey.modes(feature), told_apart) - told_apart + 1) / 2;
 }
 
+// The largest that an input may become in the healthy runs.
+double largest(const Survey &survey, const Basis::Input &in) {
+  const auto of = [&survey](std::size_t f) {
+    return std::max(std::abs(survey.low(f)), std::abs(survey.high(f)));
+  };
+  if (in.b == BASIS_PLAIN || in.b == BASIS_MAGNITUDE)
+    return of(in.a);
+  if (rimi_basis_is_movement(in.b))
+    return 2.0 * of(in.a);
+  return in.b >= BASIS_LEAST_HARMONIC ? 1.0 : of(in.a) * of(in.b & ~BASIS_OF_PRODUCT);
+}
+
 void choose_inputs(Basis *basis, const Survey &survey, const std::vector<std::uint16_t> &features) {
   const Layout &layout = survey.layout;
-  const auto add = [basis](std::uint16_t a, std::uint16_t b) {
-    if (basis->inputs.size() < kMostInputs)
+  const auto add = [basis, &survey](std::uint16_t a, std::uint16_t b) {
+    if (basis->inputs.size() < kMostInputs && largest(survey, {a, b}) <= kLargest)
       basis->inputs.push_back({a, b});
   };
   for (const std::uint16_t f : features)
@@ -267,6 +282,23 @@ void add_mode_terms(Basis *basis, const Survey &survey, std::size_t plain) {
   }
 }
 
+// Without the products that may become larger than a number of single precision.
+void drop_large_terms(Basis *basis, const Survey &survey) {
+  std::vector<double> most;
+  for (const Basis::Input &in : basis->inputs)
+    most.push_back(largest(survey, in));
+  const std::size_t times = basis->share.size();
+  const auto is_large = [&](const Basis::Term &t) {
+    const std::uint16_t places[] = {t.a, t.b, t.c};
+    double product = 1.0;
+    for (std::size_t k = 0; k < filters_of(t); ++k)
+      product *= most[places[k] / times];
+    return product > kLargest;
+  };
+  basis->terms.erase(std::remove_if(basis->terms.begin(), basis->terms.end(), is_large),
+                     basis->terms.end());
+}
+
 // Mean and standard deviation over the runs of every outcome's first readings.
 void learn_first(Basis *basis, const Survey &survey) {
   const Layout &layout = survey.layout;
@@ -337,6 +369,7 @@ Basis make_basis(const Survey &survey, double run_rows) {
     add_steep_terms(&basis, survey, plain);
     add_outside_terms(&basis, survey, plain);
     add_movement_terms(&basis, plain);
+    drop_large_terms(&basis, survey);
   }
   basis.center.assign(basis.terms.size(), 0.0);
   basis.inverse_sd.assign(basis.terms.size(), 1.0);

@@ -30,6 +30,40 @@ constexpr double kRoundings = 2.0;
 constexpr double kNearZero = 1e-9;   // what a value that is always 0 may be off by
 constexpr double kOfMagnitude = 1e-3, kOfSpread = 0.5; // what it may vary by unseen, at most
 
+// The image holds the period in whole microseconds, in 32 bits.
+constexpr double kLeastPeriod_s = 1e-6, kMostPeriod_s = 4294.0;
+
+// Squares of readings and products of commands must be numbers of single precision. What never
+// changes is multiplied with nothing, but has a range.
+constexpr double kLargestReading = 1e24, kLargestConstant = 1e30;
+
+void check_sizes(const Survey &survey) {
+  for (std::size_t f = 0; f < survey.layout.features(); ++f) {
+    const bool varies = survey.high(f) > survey.low(f) || is_outcome(survey.layout, f);
+    const double most = varies ? kLargestReading : kLargestConstant;
+    for (const RunFacts &run : survey.runs) {
+      const FeatureFacts &of = run.features[f];
+      const double size = std::max(std::abs(of.low), std::abs(of.high));
+      if (run.rows > 0 && size > most)
+        throw DataError(fmt::format("{}: column '{}' reaches {:.4g}, and {:g} is the most that is "
+                                    "computed with: give it another unit (scale in a schema), or, "
+                                    "where this stands for no value, say so (missing = [\"...\"])",
+                                    run.path, survey.layout.feature_names[f], size, most));
+    }
+  }
+}
+
+// As the image says it, in whole microseconds: training and flight must agree on what is a gap.
+double image_period_s(const Survey &survey) {
+  const double seen_s = survey.period_s(), period_s = 1e-6 * std::round(1e6 * seen_s);
+  if (period_s < kLeastPeriod_s || period_s > kMostPeriod_s)
+    throw DataError(fmt::format("{}: the rows of the runs come every {:.4g} s, and an image holds "
+                                "{:g} s to {:g} s: count the time in another unit (scale under "
+                                "[time] in a schema, here and for replay)",
+                                survey.runs.front().path, seen_s, kLeastPeriod_s, kMostPeriod_s));
+  return period_s;
+}
+
 void check_rates(const Survey &survey, double period_s) {
   for (const RunFacts &run : survey.runs) {
     const double own = period_of(run);
@@ -92,9 +126,9 @@ HealthyRuns prepared_but_begin(const Survey &survey, double block_s) {
   HealthyRuns healthy;
   FlightPlan &plan = healthy.plan;
   plan.layout = survey.layout;
-  // As the image says it, in whole microseconds: training and flight must agree on what is a gap.
-  plan.period_s = 1e-6 * std::max(1.0, std::round(1e6 * survey.period_s()));
+  plan.period_s = image_period_s(survey);
   check_rates(survey, plan.period_s);
+  check_sizes(survey);
   healthy.warnings = same_runs(survey);
   double run_rows = 0.0;
   plan.block_rows = block_rows_for(survey, plan.period_s, block_s, &run_rows);

@@ -52,6 +52,9 @@ Eigen::Index column_of(const Basis &basis, std::uint16_t filter) {
   return at == basis.terms.end() ? -1 : at - basis.terms.begin();
 }
 
+// Whether an image holds these weights: a product of what is small in its unit has a large one.
+bool can_be_held(const Eigen::VectorXd &weights) { return weights.cast<float>().allFinite(); }
+
 // One run, with one time constant: filter i is the mean of input i over the block.
 struct Inputs {
   Matrix filter;                   // blocks x inputs of the basis
@@ -371,7 +374,7 @@ Fit Searcher::fit(std::size_t o) const {
   Fit best;
   for (std::vector<Sums> &folds : of_fold) {
     Fit one = fit_window(all, &folds);
-    if (one.factors.empty())
+    if (one.factors.empty() || !std::all_of(one.weight.begin(), one.weight.end(), can_be_held))
       continue;
     judge(o, &one);
     if (one.error < best.error)

@@ -155,6 +155,13 @@ void judge_level(const Layout &layout, const RunStore &runs, Level *level) {
   }
 }
 
+// Whether an image holds its numbers: a variance of what is very large or small in its unit is none
+// of single precision.
+bool can_be_held(const std::vector<std::uint8_t> &level) {
+  rim_nominal model;
+  return rimi_nominal_open(&model, level.data(), level.size()) != RIM_E_DATA;
+}
+
 Level fit_level(const Layout &layout, const RunStore &runs) {
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
@@ -177,6 +184,8 @@ Level fit_level(const Layout &layout, const RunStore &runs) {
   const FitResult fit = fit_nominal(x, y, run_of, options);
   Level level;
   level.section = nominal_section(fit.model);
+  if (!can_be_held(level.section))
+    return {};
   at = 0;
   for (const BlockRun &run : runs) {
     level.predicted.push_back(fit.mean.middleRows(at, run.blocks()));

@@ -295,6 +295,39 @@ void refuses(void **) {
                   "toy2: its rows come at 10 Hz, those of the other runs at 20 Hz"));
 }
 
+// Two hours do not fit into the image's period, and half of a microsecond rounds to none.
+void refuses_periods_that_no_image_holds(void **) {
+  for (const double period_s : {7200.0, 1e-7}) {
+    std::vector<rim::Log> logs = healthy_logs(1, 3);
+    for (rim::Log &log : logs) {
+      for (double &t : log.t_s)
+        t *= period_s / 0.05;
+    }
+    assert_true(has(refusal([&] { rim::train(logs, {}); }), "count the time in another unit"));
+  }
+}
+
+void refuses_more_columns_than_the_monitor_takes(void **) {
+  std::vector<rim::Log> logs = healthy_logs(1, 3);
+  for (rim::Log &log : logs) {
+    const Eigen::Index own = log.values.cols();
+    log.values.conservativeResize(Eigen::NoChange, 129);
+    for (Eigen::Index c = own; c < log.values.cols(); ++c) {
+      log.columns.push_back({"u.c" + std::to_string(c), "", rim::Role::command});
+      log.values.col(c) = log.values.col(0) * static_cast<double>(c);
+    }
+  }
+  assert_true(has(refusal([&] { rim::train(logs, {}); }),
+                  "toy1: has 129 columns x. u. s., and the monitor takes at most 128"));
+}
+
+void refuses_numbers_that_no_image_holds(void **) {
+  std::vector<rim::Log> logs = healthy_logs(1, 3);
+  logs[1].values(7, 2) = -1e39;
+  assert_true(
+      has(refusal([&] { rim::train(logs, {}); }), "toy2: column 's.position_b_m' reaches 1e+39"));
+}
+
 } // namespace
 
 int main() {
@@ -311,6 +344,9 @@ int main() {
       cmocka_unit_test(own_predictions_are_taken_as_they_are),
       cmocka_unit_test(images_ask_for_clearing),
       cmocka_unit_test(refuses),
+      cmocka_unit_test(refuses_periods_that_no_image_holds),
+      cmocka_unit_test(refuses_more_columns_than_the_monitor_takes),
+      cmocka_unit_test(refuses_numbers_that_no_image_holds),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -94,6 +94,38 @@ void a_reading_that_stays_is_watched(void **) {
   }
 }
 
+// The same pump whose command counts in another unit: `scale` is a power of two, so that nothing is
+// rounded.
+std::vector<rim::Log> in_unit(double scale, std::uint64_t first, std::size_t count) {
+  std::vector<rim::Log> logs;
+  for (std::size_t i = 0; i < count; ++i) {
+    logs.push_back(run(first + i, 0.0));
+    logs.back().values.col(0) *= scale;
+  }
+  return logs;
+}
+
+// A hydraulic pressure in pascals has a cube of 1e22. Training must take products as flight does.
+void the_unit_of_a_command_changes_nothing(void **) {
+  const rim::Training one = rim::train(in_unit(1.0, kSeed, kRuns), {});
+  const rim::Training other = rim::train(in_unit(0x1p40, kSeed, kRuns), {});
+  for (std::size_t r = 0; r < kRuns; ++r)
+    assert_true(std::abs(one.scores[r].score - other.scores[r].score) < 1e-3);
+  for (std::size_t o = 0; o < one.outcomes.size(); ++o)
+    assert_string_equal(one.outcomes[o].model.c_str(), other.outcomes[o].model.c_str());
+}
+
+// Its square is no number of single precision: it is no input then, and healthy runs stay healthy.
+void a_command_of_large_numbers_makes_no_false_alarms(void **) {
+  constexpr double scale = 0x1p63;
+  const rim::Training training = rim::train(in_unit(scale, kSeed, kRuns), {});
+  rim::Replayer replayer(rim::make_image(training.plan), "pump");
+  std::size_t raised = 0;
+  for (const rim::Log &log : in_unit(scale, kSeed + 100, kFlights))
+    raised += replayer.replay(log, {}).raised > 0 ? 1 : 0;
+  assert_true(raised <= 1);
+}
+
 // A motor that warms as slowly as a run lasts.
 rim::Log warm(std::uint64_t seed, std::size_t rows) {
   rim::Log log = run(seed, 0.0, 0.0, rows);
@@ -132,6 +164,8 @@ void what_says_nothing_of_any_outcome_is_stale(void **) {
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(large_values_make_no_false_alarms),
                               cmocka_unit_test(a_reading_that_stays_is_watched),
+                              cmocka_unit_test(the_unit_of_a_command_changes_nothing),
+                              cmocka_unit_test(a_command_of_large_numbers_makes_no_false_alarms),
                               cmocka_unit_test(what_says_nothing_of_any_outcome_is_stale)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
