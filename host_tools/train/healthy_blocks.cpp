@@ -494,7 +494,11 @@ private:
   Eigen::Index block_rows_ = 1;
 };
 
+// Makes more room where it is needed: bridged gaps add blocks. Room for a block of every row would
+// be gigabytes of terms for millions of rows.
 void append(Matrix *to, Eigen::Index row, const double *values, double factor = 1.0) {
+  if (row == to->rows())
+    to->conservativeResize(2 * row + 16, Eigen::NoChange);
   for (Eigen::Index c = 0; c < to->cols(); ++c)
     (*to)(row, c) = values[c] * factor;
 }
@@ -503,27 +507,26 @@ BlockRun Gatherer::gather(const Log &log) {
   const auto features = static_cast<Eigen::Index>(layout_.features());
   const auto outcomes = static_cast<Eigen::Index>(layout_.outcomes());
   const Eigen::Index rows = log.values.rows();
-  ExternalRows external;
+  const bool ext = layout_.external;
+  const ExternalRows external = ext ? external_rows(log, layout_) : ExternalRows{};
   Matrix context(rows, features);
   for (Eigen::Index f = 0; f < features; ++f)
     context.col(f) =
         log.values.col(find_column(log, layout_.feature_names[static_cast<std::size_t>(f)]));
-  if (layout_.external)
-    external = external_rows(log, layout_);
   BlockRun run;
-  run.context.resize(rows, features);
+  const Eigen::Index room = rows / block_rows_ + 1; // append() makes more of it
+  run.context.resize(room, features);
   for (Matrix *m : {&run.outcome, &run.predicted, &run.scatter, &run.repeats})
-    m->resize(rows, outcomes);
-  run.terms.resize(rows, static_cast<Eigen::Index>(terms_));
-  run.means.resize(rows, static_cast<Eigen::Index>(means_));
+    m->resize(room, outcomes);
+  run.terms.resize(room, static_cast<Eigen::Index>(terms_));
+  run.means.resize(room, static_cast<Eigen::Index>(means_));
   for (Matrix *m : {&run.early, &run.late})
-    m->resize(rows, static_cast<Eigen::Index>(integrand_count_));
+    m->resize(room, static_cast<Eigen::Index>(integrand_count_));
   run.time_s.resize(rows);
   run.share.resize(rows);
   Eigen::Index n = 0;
   bool has_last = false; // the block before
   for (Eigen::Index t = 0; t < rows; ++t) {
-    const bool ext = layout_.external;
     if (rimi_blocks_row(blocks_, log.t_s[static_cast<std::size_t>(t)], context.row(t).data(),
                         ext ? external.outcome.row(t).data() : nullptr,
                         ext ? external.mean.row(t).data() : nullptr,

@@ -221,6 +221,30 @@ void training_and_flight_see_the_same(void **) {
   assert_true(blocks_seen > 800 && left_out > 10 && gaps > 60 && largest > 0.5);
 }
 
+// A log that lacks every tenth row has as many blocks as one that has all of them: more than its
+// rows would fill.
+void filled_gaps_make_more_blocks_than_rows_do(void **) {
+  const rim::Log whole = made_vehicle(kSeed + 300);
+  rim::Log lacks = whole;
+  lacks.t_s.clear();
+  for (std::size_t t = 0; t < whole.t_s.size(); ++t) {
+    if (t % 10 == 5)
+      continue;
+    lacks.values.row(static_cast<Eigen::Index>(lacks.t_s.size())) =
+        whole.values.row(static_cast<Eigen::Index>(t));
+    lacks.t_s.push_back(whole.t_s[t]);
+  }
+  lacks.values.conservativeResize(static_cast<Eigen::Index>(lacks.t_s.size()), Eigen::NoChange);
+  const Learnt &l = plain();
+  const Eigen::Index all = rim::block_run(whole, l.layout, l.basis, l.options).blocks();
+  const rim::BlockRun run = rim::block_run(lacks, l.layout, l.basis, l.options);
+  assert_true(run.blocks() >= all - 1);
+  assert_true(run.blocks() > lacks.values.rows() / kBlockRows + 1);
+  for (const rim::Matrix *m : {&run.context, &run.outcome, &run.terms, &run.early, &run.late})
+    assert_true(m->rows() == run.blocks() && m->allFinite());
+  assert_true((run.outcome.bottomRows(1).array() != 0.0).any());
+}
+
 // The image's weights are those of fit_behaviour: one computation in Eigen, one on board.
 void training_and_flight_predict_the_same(void **) {
   Learnt l = plain();
@@ -282,6 +306,7 @@ int main() {
       cmocka_unit_test(no_run_that_was_learnt_from_began_late),
       cmocka_unit_test(training_and_flight_see_the_same),
       cmocka_unit_test(training_and_flight_predict_the_same),
+      cmocka_unit_test(filled_gaps_make_more_blocks_than_rows_do),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
