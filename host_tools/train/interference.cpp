@@ -287,10 +287,15 @@ InterferenceTrainer::InterferenceTrainer(const std::vector<InterferenceRun> &run
     : runs_(runs), options_(options) {
   if (runs.empty())
     throw DataError("interference: no run");
+  std::size_t nominal = 0;
   for (const InterferenceRun &run : runs) {
     check(run);
+    nominal += nominal_rows(run);
     evidence_.push_back(evidence_of(run, options.noise_mps));
   }
+  if (nominal <= RIM_INTERFERENCE_J_ROWS)
+    throw DataError("interference: every run begins with it, and latency, limits and thresholds "
+                    "are learnt from the rows before it: add a run without interference");
 }
 
 InterferenceTrainer::~InterferenceTrainer() = default;

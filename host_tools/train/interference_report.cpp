@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include "image/flight_image.hpp"
@@ -20,18 +21,50 @@ namespace {
 
 constexpr std::uint32_t kModelId = 1;
 
+// How many of the last names of two paths are the same: of "a/hold/1.csv" and "./hold/1.csv" two.
+std::size_t common_names(const std::string &a, const std::string &b) {
+  const std::filesystem::path one = std::filesystem::path(a).lexically_normal(),
+                              other = std::filesystem::path(b).lexically_normal();
+  const std::vector<std::filesystem::path> x(one.begin(), one.end()), y(other.begin(), other.end());
+  std::size_t n = 0;
+  while (n < std::min(x.size(), y.size()) && x[x.size() - 1 - n] == y[y.size() - 1 - n])
+    ++n;
+  return n;
+}
+
+// The run whose path is that of the label, or ends as it does in more names than any other's:
+// several folders may hold a run_0001.csv.
+InterferenceRun *labelled_run(const std::string &path, const std::string &log,
+                              std::vector<InterferenceRun> *runs) {
+  InterferenceRun *best = nullptr;
+  const InterferenceRun *rival = nullptr;
+  std::size_t most = 0;
+  for (InterferenceRun &run : *runs) {
+    if (run.name == log)
+      return &run;
+    const std::size_t names = common_names(run.name, log);
+    if (names == 0 || names < most)
+      continue;
+    rival = names == most ? best : nullptr;
+    most = names;
+    best = &run;
+  }
+  if (best == nullptr)
+    throw DataError(path + ": '" + log + "' is not among the logs given");
+  if (rival != nullptr)
+    throw DataError(path + ": '" + log + "' may be " + rival->name + " or " + best->name +
+                    ": write the path into the labels by which the log is given");
+  return best;
+}
+
 void add_labels(const std::string &path, std::vector<InterferenceRun> *runs) {
+  std::map<const InterferenceRun *, std::string> named;
   for (const world::InterferenceLabels &labels : world::read_labels(path)) {
-    const auto name_of = [](const std::string &p) {
-      return std::filesystem::path(p).filename().string();
-    };
-    auto run = std::find_if(runs->begin(), runs->end(),
-                            [&](const auto &r) { return r.name == labels.log; });
-    if (run == runs->end())
-      run = std::find_if(runs->begin(), runs->end(),
-                         [&](const auto &r) { return name_of(r.name) == name_of(labels.log); });
-    if (run == runs->end())
-      throw DataError(path + ": '" + labels.log + "' is not among the logs given");
+    InterferenceRun *run = labelled_run(path, labels.log, runs);
+    const auto [by, is_new] = named.emplace(run, labels.log);
+    if (!is_new)
+      throw DataError(path + ": '" + by->second + "' and '" + labels.log + "' both seem to be " +
+                      run->name + ": give all logs that the labels name");
     run->intervals = labels.intervals;
   }
 }

@@ -5,8 +5,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>
-#include <sstream>
 
+#include "log/csv_text.hpp"
+#include "log/labels.hpp"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 #include "util/toml_table.hpp"
@@ -181,23 +182,30 @@ void write_labels(const std::vector<InterferenceLabels> &labels, const std::stri
   file.write("log,start_s,end_s,kind\n");
   for (const InterferenceLabels &l : labels) {
     for (const CobotInterval &i : l.intervals)
-      file.write(fmt::format("{},{:.12g},{:.12g},{}\n", l.log, i.start_s, i.end_s, i.kind));
+      file.write(
+          fmt::format("{},{:.12g},{:.12g},{}\n", csv_field(l.log), i.start_s, i.end_s, i.kind));
   }
   file.commit();
 }
 
 std::vector<InterferenceLabels> read_labels(const std::string &path) {
-  std::istringstream text(read_file(path));
-  std::string line;
-  if (!std::getline(text, line) || line != "log,start_s,end_s,kind")
+  const std::string all = read_file(path);
+  const std::string_view text = all;
+  constexpr std::string_view mark = "\xEF\xBB\xBF"; // before what spreadsheets write
+  std::size_t at = text.substr(0, mark.size()) == mark ? mark.size() : 0;
+  std::string_view line;
+  if (!take_line(text, at, line) || trimmed(line) != "log,start_s,end_s,kind")
     throw DataError(path + ": the first line must be log,start_s,end_s,kind");
   std::vector<InterferenceLabels> out;
-  for (std::size_t row = 1; std::getline(text, line); ++row) {
+  std::vector<std::string_view> fields;
+  for (std::size_t row = 1; take_line(text, at, line); ++row) {
+    if (trimmed(line).empty())
+      continue;
     const std::string where = path + ":row " + std::to_string(row);
+    split_fields(line, ',', fields);
     std::vector<std::string> cells;
-    std::istringstream fields(line);
-    for (std::string cell; std::getline(fields, cell, ',');)
-      cells.push_back(cell);
+    for (const std::string_view field : fields)
+      cells.emplace_back(trimmed(field));
     if (cells.size() != 4)
       throw DataError(where + ": " + std::to_string(cells.size()) + " columns instead of 4");
     const CobotInterval interval{label_number(cells[1], where, "start_s"),

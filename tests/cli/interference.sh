@@ -18,6 +18,10 @@ contains "p_mi" "$out" "^p_mi "
 contains "whole detector" "$out" "all together: 6 of 6 found, 0 false"
 "$RIM" train hold/*.csv stuck/*.csv control/*.csv --interference labels.csv --out b.rim > /dev/null 2>&1
 cmp -s a.rim b.rim; check "deterministic" 0 $?
+# The folder tells logs of one name apart, however their paths begin and the labels' lines end.
+sed 's/$/\r/' labels.csv > crlf.csv
+"$RIM" train ./hold/*.csv ./stuck/*.csv ./control/*.csv --interference crlf.csv --out b.rim > /dev/null 2>&1
+cmp -s a.rim b.rim; check "other paths, and lines that end as on Windows" 0 $?
 
 # Encoders that wrap give the same speeds.
 "$RIM" simulate cobot --out enc --runs 3 --rows 400 --seed 5 --effect hold.toml --labels enc.csv --encoders > /dev/null
@@ -35,6 +39,10 @@ bad_labels() { # WHAT ROW REASON
 bad_labels "overlap" "hold/run_0001.csv,4,6,hold\nhold/run_0001.csv,5,7,hold" "overlap"
 bad_labels "leaves the log" "hold/run_0001.csv,4,60,hold" "leaves the log"
 bad_labels "another log" "none.csv,4,6,hold" "not among the logs"
+bad_labels "one log under two names" "hold/run_0001.csv,4,6,hold\nstuck/run_0001.csv,4,6,hold" "both seem to be hold/run_0001.csv"
+sed 's,^hold/,,' hold.csv > bare.csv
+"$RIM" train hold/*.csv stuck/*.csv --interference bare.csv --out x.rim > /dev/null 2> err.txt; check "a name of two logs" 3 $?
+contains "a name of two logs: why" "$(cat err.txt)" "'run_0001.csv' may be hold/run_0001.csv or stuck/run_0001.csv"
 bad_labels "no number" "hold/run_0001.csv,x,6,hold" "not a number"
 head -6 hold/run_0001.csv > short.csv
 printf 'log,start_s,end_s,kind\n' > none.csv

@@ -119,6 +119,8 @@ void bad_runs_are_refused(void **) {
   assert_true(is_refused(with(run), "overlap"));
   run.intervals = {{4.0, 20.0, "hold"}};
   assert_true(is_refused(with(run), "leaves the log"));
+  run.intervals = {{0.0, 9.0, "hold"}}; // from its first row on
+  assert_true(is_refused(with(run), "add a run without interference"));
   run.intervals.clear();
   run.t_s.resize(8);
   assert_true(is_refused(with(run), "need 9"));
