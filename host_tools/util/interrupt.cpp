@@ -79,7 +79,10 @@ void say(unsigned removed) {
   line.write();
 }
 
+// What is said may go into a pipe whose reader was interrupted as well: that must not come here
+// again, to wait for the hold that this thread has.
 extern "C" void interrupted(int signal) {
+  std::signal(SIGPIPE, SIG_IGN);
   if (depth == 0)
     take_hold();
   unsigned removed = 0;

@@ -36,7 +36,16 @@ for _ in range(0 if pattern == "started" else 600):
     time.sleep(0.05)
 if pattern == "started":
     time.sleep(1)
-child.send_signal(signal.SIGINT if name == "ignored" else getattr(signal, name))
+if name == "deaf": # as tee, that the same Ctrl-C ended before
+    child.stderr.close()
+child.send_signal(signal.SIGINT if name in ("ignored", "deaf") else getattr(signal, name))
+if name == "deaf":
+    try:
+        print(child.wait(timeout=20))
+    except subprocess.TimeoutExpired:
+        child.kill()
+        print("hangs")
+    sys.exit()
 if name == "ignored":
     time.sleep(0.5)
     print("alive" if child.poll() is None else "ended")
@@ -56,6 +65,9 @@ out=$(stop SIGTERM 'model.rim.tmp.*' "$RIM" train run_0.csv run_1.csv endless --
 contains "train, SIGTERM" "$out" '^-15 .*no file was written or changed'
 check "train: the earlier model stays" "$sum" "$(cksum < model.rim)"
 check "train: no temporary" 0 "$(left)"
+out=$(stop deaf 'new.rim.tmp.*' "$RIM" train run_0.csv run_1.csv endless --out new.rim)
+check "train: ends though nobody reads what it says" "-2" "$out"
+check "train: no temporary of that either" 0 "$(left)"
 
 # The file that is opened last is waited for.
 out=$(stop SIGINT 'a.candump.tmp.*' "$RIM" replay --model model.rim run_0.csv endless --alarms a.jsonl --labels l.csv \
