@@ -68,6 +68,8 @@ void SchemaReader::check_name(const toml::table &table, const std::string &name)
   Role role = Role::context;
   if (!role_of_name(name, role))
     fail(table, "name '" + name + "': must begin with a role: x. u. s. z. m. sd.");
+  if (name.find('\n') != std::string::npos) // an image parts its names by these
+    fail(table, "name '" + name + "': must be one line");
   if (std::find(names_.begin(), names_.end(), name) != names_.end())
     fail(table, "name '" + name + "': given twice");
   names_.push_back(name);

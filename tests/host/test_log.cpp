@@ -278,6 +278,7 @@ void a_wrong_schema_is_refused_with_its_line(void **) {
   refused("schema='rim-schema/1'\nresampel_hz=1\n", ":line 2: unknown key 'resampel_hz'");
   refused("schema='rim-schema/1'\n[[column]]\nfrom='a'\n", "'name' is missing");
   refused("schema='rim-schema/1'\n[[column]]\nfrom='a'\nname='a'\n", "must begin with a role");
+  refused("schema='rim-schema/1'\n[[column]]\nfrom='a'\nname=\"s.a\\nb\"\n", "must be one line");
   refused(
       "schema='rim-schema/1'\n[[column]]\nfrom='a'\nname='s.a'\n[[column]]\nfrom='b'\nname='s.a'\n",
       "given twice");
