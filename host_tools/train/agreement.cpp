@@ -313,7 +313,11 @@ public:
   // Section LEVEL.
   void try_level() {
     const double part = level_remains(from_.runs, from_.level, from_.residual, j_, &remains_);
-    if (channel_variance(remains_, from_.runs.size()) < kMustWin * of_channel)
+    const double of_both = channel_variance(remains_, from_.runs.size());
+    // Better for an offset and no worse for both, or an integral comes, of which the offset is all.
+    const double of_offset = offset_variance(remains_, from_.runs.size());
+    const bool shows_more = of_both < of_channel && of_offset < kMustWin * variance;
+    if (of_both < kMustWin * of_channel || shows_more)
       take(AGREEMENT_LEVEL, part);
   }
   // Products of the others' readings, and of its own of the block before.

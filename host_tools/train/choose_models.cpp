@@ -45,10 +45,12 @@ constexpr double kFurtherMustWin = 0.1;
 // Rolled states must lower the error of the best model without them by so much: first that of the
 // simplest models, by kRolledMayWin; at last the mean of both errors, with whole runs and without.
 // All of them together must lower that of the best of them alone by kFurtherMustWin. An outcome is
-// rolled forward itself where a model leaves more than this part of its deviation, whole runs
-// counted.
+// rolled forward itself where a model leaves more than kRolledWorth of its deviation, whole runs
+// counted. Where a model leaves no more than kKnown, states must lower the error without whole runs
+// by kKnownMustWin: otherwise they would add little more than where the outcome's own sensor began,
+// and hide an offset from the start.
 constexpr double kRolledMustWin = 0.1, kRolledMayWin = 0.05;
-constexpr double kRolledWorth = 0.02;
+constexpr double kRolledWorth = 0.02, kKnown = 0.05, kKnownMustWin = 0.3;
 
 // Filters of commands that are slower than this part of the slowest one are told apart from the
 // others by how the runs began, and by little else: a run that begins as few others do (at speed)
@@ -118,8 +120,9 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std
   };
   for (std::size_t i = 0; i < basis.terms.size(); ++i) {
     const TermGroup g = basis.terms[i].group;
-    if (g == TermGroup::mean || g == TermGroup::movement || (g == TermGroup::shape && choice.shape) ||
-        (g == TermGroup::slow && choice.slow) || (g == TermGroup::steep && choice.steep) ||
+    if (g == TermGroup::mean || g == TermGroup::movement ||
+        (g == TermGroup::shape && choice.shape) || (g == TermGroup::slow && choice.slow) ||
+        (g == TermGroup::steep && choice.steep) ||
         (g == TermGroup::outside && is_input(basis.terms[i]) &&
          (basis.terms[i].op == BASIS_MEAN || choice.shape)) ||
         (g == TermGroup::rolled && is_rolled(basis.terms[i])) ||
@@ -454,7 +457,11 @@ void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layou
       TargetModel model = choose(errors, o, outcomes);
       TargetModel &before = chosen->targets[o];
       const double left = model.error * model.whole_error / (before.error * before.whole_error);
-      if (model.error >= before.error || model.whole_error >= before.whole_error ||
+      const bool is_known =
+          before.whole_error <= kKnown * fitter.spread(static_cast<Eigen::Index>(o));
+      const double must_win = is_known ? kKnownMustWin : 0.0;
+      if (model.error >= (1.0 - must_win) * before.error ||
+          model.whole_error >= before.whole_error ||
           left >= (1.0 - kRolledMustWin) * (1.0 - kRolledMustWin))
         continue;
       model.outside = inputs.first;

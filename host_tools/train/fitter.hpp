@@ -17,9 +17,10 @@ constexpr double kMeansLeftOut = 1.0 - (1.0 - kWithin) * (1.0 - kWithin); // of 
 
 inline constexpr double kRidges[] = {1e-5, 1e-3, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
 // An outcome that follows its command closely is told from it by differences of filters that hardly
-// differ, which the larger ridges take for noise. Those below kUsualRidge, whose weights are large,
-// must lower the error of all others by so much.
-constexpr double kUsualRidge = 0.1, kSlightMustWin = 0.1;
+// differ, which the larger ridges take for noise. Those below kUsualRidge must lower the error of
+// all others by so much: their large weights also answer what no healthy run has done, and a closed
+// loop does that where it answers a fault.
+constexpr double kUsualRidge = 0.1, kSlightMustWin = 0.3;
 
 // Place of the ridge to take, by the errors with each.
 std::size_t best_ridge(const std::vector<double> &errors);

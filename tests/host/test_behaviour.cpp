@@ -3,8 +3,10 @@
 // is said to, and what training computes is what flies, bit for bit.
 #include "learnt.hpp"
 #include "made_vehicle.hpp"
+#include "train/fitter.hpp"
 #include "train/trainer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstddef>
@@ -74,6 +76,50 @@ void directions_and_triple_products_are_learnt(void **) {
     assert_true(m.steep && m.error < 3.0 * of_block);
     assert_false(plain().behaviour.targets[o].steep); // where nothing needs them
   }
+}
+
+// A mount slews to one place after the other, each far from the last, and is a little behind its
+// command; its motor takes a current while it goes, either way. How far it is behind is small
+// against how far it goes.
+std::vector<rim::Log> mounts() {
+  std::vector<rim::Log> logs = made_vehicles(kSeed, 12);
+  const double noise = MadeVehicle{}.noise;
+  rim_rng rng;
+  rimi_rng_seed(&rng, kSeed, 8);
+  for (rim::Log &log : logs) {
+    double target = 0.0, command = 0.0, place = 0.0;
+    for (Eigen::Index t = 0; t < log.values.rows(); ++t) {
+      if (rimi_rng_below(&rng, 60) == 0)
+        target = 150.0 * rimi_rng_normal(&rng);
+      const double before = command;
+      command += std::clamp(target - command, -4.0, 4.0);
+      place = t == 0 ? command : place + 0.6 * (command - place);
+      const double way = command - before;
+      log.values(t, 0) = command;
+      log.values(t, 2) = place + noise * rimi_rng_normal(&rng);
+      log.values(t, 3) = (way != 0.0 ? 1.0 : 0.0) + noise * rimi_rng_normal(&rng);
+    }
+  }
+  return logs;
+}
+
+void what_follows_its_command_closely_is_learnt_to_the_noise(void **) {
+  const Learnt l = learn(mounts());
+  const double noise = MadeVehicle{}.noise / std::sqrt(static_cast<double>(kBlockRows));
+  const rim::TargetModel &place = l.behaviour.targets[kLag];
+  print_message("place: error %.2f of the noise of a block, ridge %g\n", place.error / noise,
+                place.ridge);
+  assert_true(place.error < 4.0 * noise && place.ridge < rim::kUsualRidge);
+  assert_true(plain().behaviour.targets[kLag].ridge >= rim::kUsualRidge);
+}
+
+void what_answers_a_movement_is_learnt(void **) {
+  const Learnt l = learn(mounts());
+  const rim::TargetModel &current = l.behaviour.targets[kProduct];
+  print_message("current: error %.3f, R2 %.3f\n", current.error, current.r2);
+  assert_true(!current.still && current.r2 > 0.9);
+  for (const std::size_t o : {kProduct, kState, kNothing}) // where nothing needs them
+    assert_true(plain().behaviour.targets[o].still);
 }
 
 // Only the run's first readings say where s.state began; where all runs begin alike it needs none.
@@ -298,6 +344,8 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(known_constants_are_learnt_to_the_noise),
       cmocka_unit_test(directions_and_triple_products_are_learnt),
+      cmocka_unit_test(what_follows_its_command_closely_is_learnt_to_the_noise),
+      cmocka_unit_test(what_answers_a_movement_is_learnt),
       cmocka_unit_test(the_models_that_are_needed_are_chosen),
       cmocka_unit_test(a_small_difference_of_starts_stays_visible),
       cmocka_unit_test(held_out_errors_are_honest),
