@@ -118,9 +118,6 @@ static void indices_out_of_range_are_refused(void **state) {
              {INPUT_AT + 2, FEATURES},
              {INPUT_AT + 2, FEATURES | BASIS_OF_PRODUCT},
              {INPUT_AT + 6, BASIS_LEAST_HARMONIC - 1u},
-             {INPUT_AT + 6, BASIS_MOVEMENT},      /* of another feature than input 0 */
-             {INPUT_AT + 2, BASIS_MOVEMENT},      /* of itself */
-             {INPUT_AT + 6, BASIS_MOVEMENT + 3u}, /* of an input that there is not */
              {TERM_AT, BASIS_SIDE + 1},
              {TERM_AT, 0xffff},
              {TERM_AT + 2, FILTERS},     /* MEAN */
