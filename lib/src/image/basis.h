@@ -8,7 +8,7 @@
  *                         BASIS_MAGNITUDE), the cosine or sine of the angle a (BASIS_COSINE,
  *                         BASIS_SINE), those of k times a (2 (k - 1) less, k to BASIS_HARMONICS; of
  *                         what is no angle, a in radians), the product of the features a and b, or,
- *                         with BASIS_OF_PRODUCT added to b, the product's magnitude; or how a moves,
+ *                         with BASIS_OF_PRODUCT added to b, the magnitude of it; or how a moves,
  *                         which as it is is an earlier input, p: by its difference e from its own
  *                         exponential mean with the second time constant, as sign(e) sqrt(|e|) (b =
  *                         BASIS_MOVEMENT + p) or |e| (with BASIS_OF_SIZE added to b)
