@@ -432,12 +432,6 @@ std::vector<int> velocities(const Measured &thin) {
   return out;
 }
 
-namespace {
-
-double largest(const std::vector<double> &x) { return *std::max_element(x.begin(), x.end()); }
-
-} // namespace
-
 std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
   const Measured &measured = full(thin);
   const Channel &channel = full(thin, of_thin);
@@ -467,12 +461,7 @@ std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
     return state >= 0 && may_move(measured, channel, state) ? std::vector<int>{state}
                                                             : std::vector<int>{};
   }
-  // Over a row the changes of a noisy reading say little, over more rows they say more.
-  for (std::size_t rows = 4; largest(follows) <= kLeastOwnCorrelation && rows <= 16; rows *= 4) {
-    for (std::size_t k = 0; k < fitting.size(); ++k)
-      follows[k] = std::max(follows[k], integral_correlation(measured, channel, fitting[k], rows));
-  }
-  const double most = largest(follows);
+  const double most = *std::max_element(follows.begin(), follows.end());
   if (most <= kLeastOwnCorrelation)
     return fitting;
   std::vector<int> own;

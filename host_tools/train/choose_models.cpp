@@ -46,11 +46,10 @@ constexpr double kFurtherMustWin = 0.1;
 // simplest models, by kRolledMayWin; at last the mean of both errors, with whole runs and without.
 // All of them together must lower that of the best of them alone by kFurtherMustWin. An outcome is
 // rolled forward itself where a model leaves more than kRolledWorth of its deviation, whole runs
-// counted. Where a model leaves no more than kKnown, states must lower the error without whole runs
-// by kKnownMustWin: otherwise they would add little more than where the outcome's own sensor began,
-// and hide an offset from the start.
+// counted: a state begins where its own sensor is, which hides an offset from the start, and leaves
+// nothing to tell by which of two sensors that read the same is wrong.
 constexpr double kRolledMustWin = 0.1, kRolledMayWin = 0.05;
-constexpr double kRolledWorth = 0.02, kKnown = 0.05, kKnownMustWin = 0.3;
+constexpr double kRolledWorth = 0.05;
 
 // Filters of commands that are slower than this part of the slowest one are told apart from the
 // others by how the runs began, and by little else: a run that begins as few others do (at speed)
@@ -457,11 +456,7 @@ void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layou
       TargetModel model = choose(errors, o, outcomes);
       TargetModel &before = chosen->targets[o];
       const double left = model.error * model.whole_error / (before.error * before.whole_error);
-      const bool is_known =
-          before.whole_error <= kKnown * fitter.spread(static_cast<Eigen::Index>(o));
-      const double must_win = is_known ? kKnownMustWin : 0.0;
-      if (model.error >= (1.0 - must_win) * before.error ||
-          model.whole_error >= before.whole_error ||
+      if (model.error >= before.error || model.whole_error >= before.whole_error ||
           left >= (1.0 - kRolledMustWin) * (1.0 - kRolledMustWin))
         continue;
       model.outside = inputs.first;

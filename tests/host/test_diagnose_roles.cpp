@@ -57,21 +57,6 @@ void what_moves_as_predicted_is_a_velocity(void **) {
   assert_true(rim::diagnose::own_velocity(t, t.channels[0]).empty());
 }
 
-// Of two velocities whose readings are too noisy for their changes from row to row the one is found
-// by its changes over several.
-void a_noisy_velocity_is_the_own_one(void **) {
-  Measured t = axis(1.0, 1e-6, "acc_mps2", "m/s2");
-  t.features[1] = {"x.b", "m/s", false, false};
-  t.features[2] = {"x.free", "m/s", false, false};
-  Random random(6);
-  for (Eigen::Index k = 0; k < t.x.rows(); ++k) {
-    t.x(k, 1) += 0.3 * random.normal();
-    t.x(k, 2) = 0.3 * random.normal();
-  }
-  const std::vector<int> only_b{1};
-  assert_true(rim::diagnose::own_velocity(t, t.channels[0]) == only_b);
-}
-
 // The angle of an arm is predicted to be that of its motor, which is read: that is no step ahead
 // from a reading. The angle after a row is.
 void an_arm_does_not_start_from_its_motor(void **) {
@@ -137,7 +122,6 @@ int main() {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_rate_is_one_in_any_unit),
       cmocka_unit_test(what_moves_as_predicted_is_a_velocity),
-      cmocka_unit_test(a_noisy_velocity_is_the_own_one),
       cmocka_unit_test(an_arm_does_not_start_from_its_motor),
       cmocka_unit_test(opposition_follows_the_sense),
       cmocka_unit_test(weight_does_not_turn_the_sense),

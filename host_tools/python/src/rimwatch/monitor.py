@@ -121,7 +121,7 @@ class Run:
     >>> import rimwatch
     >>> image = rimwatch.train(rimwatch.example_logs(20))
     >>> run = rimwatch.Monitor(image).run(rimwatch.example_logs(1, first=21, bias=0.3)[0])
-    >>> run.healthy, run.alarms[0]["channels"][0], int(run.rows["finding"].max())
+    >>> run.healthy, run.alarms[-1]["channels"][0], int(run.rows["finding"].max())
     (False, 's.current_A', 1)
     """
 
@@ -262,7 +262,7 @@ def replay(logs: Union[LogLike, Iterable[LogLike]],
     >>> image = rimwatch.train(rimwatch.example_logs(20))
     >>> healthy, faulty = (rimwatch.replay(rimwatch.example_logs(1, first=21, bias=b), image)
     ...                    for b in (0.0, 0.3))
-    >>> healthy.runs[0].healthy, faulty.runs[0].alarms[0]["channels"][0]
+    >>> healthy.runs[0].healthy, faulty.runs[0].alarms[-1]["channels"][0]
     (True, 's.current_A')
     """
     given = logs_of(logs, schema)
