@@ -82,13 +82,22 @@ std::vector<OtherUnit> UnitCheck::found(const Names &names) const {
       others.push_back(*other);
       continue;
     }
-    const double factor = s.products / s.expected;
-    const double left = s.readings - factor * s.products;
-    if (!std::isfinite(factor) || !(left <= kLeftOver * s.readings))
-      continue;
-    const char *other = unit_instead(unit, factor);
-    if (other != nullptr)
+    // Of the changes as well: what a first reading in another unit feigns may shift all others.
+    const auto n = static_cast<double>(blocks_);
+    const double squares[][3] = {{s.readings, s.products, s.expected},
+                                 {s.readings - s.reading * s.reading / n,
+                                  s.products - s.reading * s.expectation / n,
+                                  s.expected - s.expectation * s.expectation / n}};
+    for (const auto &[readings, products, expected] : squares) {
+      const double factor = products / expected, left = readings - factor * products;
+      const char *other = std::isfinite(factor) && left <= kLeftOver * readings
+                              ? unit_instead(unit, factor)
+                              : nullptr;
+      if (other == nullptr)
+        continue;
       others.push_back({o, factor, 0.0, other});
+      break;
+    }
   }
   return others;
 }
