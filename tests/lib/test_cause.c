@@ -173,12 +173,18 @@ static void other_kinds_of_channels(void **state) {
   NAME_EACH(of);
 }
 
-static uint32_t
-    together; /* the channel that deviates with the agreement of OTHER, or that itself */
+/* The channel that deviates with the agreement of OTHER, or that itself; and by how much the
+ * behaviour of OTHER does. */
+static uint32_t together;
+static double by_itself;
 
 static double together_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
   (void)byte;
-  return i >= 40 && (channel == together || channel == AGREEMENT + OTHER) ? 3.0 : 0.0;
+  if (i < 40)
+    return 0.0;
+  return channel == together || channel == AGREEMENT + OTHER ? 3.0
+         : channel == OTHER                                  ? by_itself
+                                                             : 0.0;
 }
 
 /* An agreement leads. Of the outcomes that deviate by their behaviour, the largest score first, IN
@@ -189,6 +195,7 @@ static void what_deviates_together_is_named(void **state) {
   const recipe r = rolled(by_commands);
   from(&r, false);
   together = IN;
+  by_itself = 3.0;
   feed(together_since_40, 1.0);
   const uint16_t leading = AGREEMENT + OTHER;
   const finding of[] = {{leading, 10.0, {{IN, 4.01, 40}}, IN},
@@ -199,6 +206,25 @@ static void what_deviates_together_is_named(void **state) {
   NAME_EACH(of);
 }
 
+/* The agreement of OTHER leads and no other one deviates yet. The commands deny a deviation of
+ * OTHER, and say that IN deviates: its score need not be large already. */
+static void what_the_commands_deny_is_not_named(void **state) {
+  (void)state;
+  static const uint16_t by_commands[O] = {NONE, NONE, NONE, NONE};
+  const recipe r = rolled(by_commands);
+  const uint16_t leading = AGREEMENT + OTHER;
+  for (int denied = 0; denied < 2; ++denied) {
+    from(&r, false);
+    together = IN;
+    by_itself = denied ? 0.0 : 3.0;
+    feed(together_since_40, 1.0);
+    const finding of[] = {{leading, 10.0, {{IN, 1.0, 40}}, denied ? IN : leading},
+                          {leading, 10.0, {{IN, 0.99, 40}}, leading},  /* no alarm by itself */
+                          {leading, 10.0, {{OUT, 3.0, 40}}, leading}}; /* not there and then */
+    NAME_EACH(of);
+  }
+}
+
 /* Three outcomes deviate, and none where the agreement does: it stays its own. */
 static void what_deviates_at_other_times_is_not_named(void **state) {
   (void)state;
@@ -206,6 +232,7 @@ static void what_deviates_at_other_times_is_not_named(void **state) {
   const recipe r = rolled(by_commands);
   from(&r, false);
   together = AGREEMENT + OTHER;
+  by_itself = 0.0;
   feed(together_since_40, 1.0);
   plant_nothing();
   plant(AGREEMENT + OTHER, SEARCH_SINCE, 10.0 * alarm_at, 3.0, 40);
@@ -637,6 +664,7 @@ int main(void) {
       cmocka_unit_test(what_sums_up_is_no_cause),
       cmocka_unit_test(other_kinds_of_channels),
       cmocka_unit_test(what_deviates_together_is_named),
+      cmocka_unit_test(what_the_commands_deny_is_not_named),
       cmocka_unit_test(what_deviates_at_other_times_is_not_named),
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
       cmocka_unit_test(a_sum_tells_of_its_own_outcome),

@@ -249,29 +249,6 @@ static double confirmed(const rim_monitor *m, uint16_t agreement) {
   return support_by(m, agreement - outcomes, agreement % outcomes, bias, since);
 }
 
-/* Two sensors disagree: their agreements deviate together, and the larger score need not be that of
- * the sensor that is off. One of them is. Where the commands say that it is not the leading one, it
- * is the next one, unless they contradict that nearly as much. */
-static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
-  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
-  if (rimi_agreement_integral(&m->models.agreement, leading % outcomes) < outcomes)
-    return leading;
-  uint16_t next = leading;
-  double score = DISAGREES * rimi_cause_score(m, leading);
-  for (uint16_t j = 0; j < outcomes; ++j) {
-    const uint16_t c = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + j);
-    if (c == leading || rimi_cause_is_into(m, c) || rimi_cause_score(m, c) < score)
-      continue;
-    score = rimi_cause_score(m, c);
-    next = c;
-  }
-  if (next == leading || rimi_cause_score(m, leading % outcomes) >= SPEAKS ||
-      !deviates_too(m, leading, next))
-    return leading;
-  const double is_leading = confirmed(m, leading);
-  return is_leading <= -SPEAKS && confirmed(m, next) >= is_leading + 2.0 * SPEAKS ? next : leading;
-}
-
 /* Whether outcome j may be the cause of what the leading outcome keeps: it deviates by its own
  * behaviour, for no less long, and does not sum up the leading one. *score: of the best so far. */
 static bool may_feed(const rim_monitor *m, uint16_t j, uint16_t leading, double *score) {
@@ -370,6 +347,42 @@ static uint16_t next_behaviour(const rim_monitor *m, uint16_t leading, double le
     }
   }
   return best;
+}
+
+/* The other agreement whose disagreement with the leading one is clearest; `leading`: none. */
+static uint16_t other_reading(const rim_monitor *m, uint16_t leading) {
+  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  uint16_t next = leading;
+  double score = DISAGREES * rimi_cause_score(m, leading);
+  for (uint16_t j = 0; j < outcomes; ++j) {
+    const uint16_t c = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + j);
+    if (c == leading || rimi_cause_is_into(m, c) || rimi_cause_score(m, c) < score)
+      continue;
+    score = rimi_cause_score(m, c);
+    next = c;
+  }
+  return next;
+}
+
+/* Two sensors disagree: their agreements deviate together, and the larger score need not be that of
+ * the sensor that is off. One of them is. Where the commands say that it is not the leading one, it
+ * is the next one, unless they contradict that nearly as much. Where no other agreement deviates
+ * yet, since a search looks at one channel after the other, the commands may tell already which. */
+static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
+  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  if (rimi_agreement_integral(&m->models.agreement, leading % outcomes) < outcomes ||
+      rimi_cause_score(m, leading % outcomes) >= SPEAKS)
+    return leading;
+  uint16_t next = other_reading(m, leading);
+  const bool by_commands = next == leading;
+  if (by_commands)
+    next = next_behaviour(m, leading, (double)m->models.threshold.alarm_score, DBL_MAX);
+  if (next == leading || !deviates_too(m, leading, next))
+    return leading;
+  const double is_leading = confirmed(m, leading);
+  return is_leading <= -SPEAKS && (by_commands || confirmed(m, next) >= is_leading + 2.0 * SPEAKS)
+             ? next
+             : leading;
 }
 
 /* When the vehicle itself deviates, several of its sensors do, and agree. Of what deviates with the
