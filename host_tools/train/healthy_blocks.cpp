@@ -19,7 +19,7 @@ namespace rim {
 namespace {
 
 constexpr std::size_t kTimes = 9;
-constexpr std::size_t kMostInputs = 20;
+constexpr std::size_t kMostInputs = 20; // with those that are made of several commands, or of one
 constexpr std::size_t kMostTerms = 420;     // but the steep ones
 constexpr std::size_t kMostWideTerms = 512; // the rest of BASIS_MAX_TERMS is for rolled states
 constexpr std::size_t kMostTriples = 120;
@@ -41,17 +41,6 @@ bool takes_both_signs(const Survey &survey, std::size_t feature) {
 
 bool varies(const Survey &survey, std::size_t feature) {
   return survey.high(feature) > survey.low(feature);
-}
-
-// Commands and context are inputs: what is given to the vehicle, not what it does.
-std::vector<std::uint16_t> given(const Survey &survey) {
-  const Layout &layout = survey.layout;
-  std::vector<std::uint16_t> features;
-  for (std::size_t f = 0; f < layout.features(); ++f) {
-    if (!is_outcome(layout, f) && !is_angle(layout, f) && varies(survey, f))
-      features.push_back(static_cast<std::uint16_t>(f));
-  }
-  return features;
 }
 
 // The number of a mode says nothing of how much: what each mode does is a table. On a few numbers
@@ -77,20 +66,52 @@ double largest(const Survey &survey, const Basis::Input &in) {
   return in.b >= BASIS_LEAST_HARMONIC ? 1.0 : of(in.a) * of(in.b & ~BASIS_OF_PRODUCT);
 }
 
-void choose_inputs(Basis *basis, const Survey &survey, const std::vector<std::uint16_t> &features) {
+// Commands and context are inputs: what is given to the vehicle, not what it does. In the order of
+// their columns.
+std::vector<std::uint16_t> given(const Survey &survey) {
   const Layout &layout = survey.layout;
+  std::vector<std::uint16_t> features;
+  for (std::size_t i = 0; i < layout.features(); ++i) {
+    const auto f = static_cast<std::uint16_t>(i);
+    if (!is_outcome(layout, f) && varies(survey, f) &&
+        (is_angle(layout, f) || largest(survey, {f, BASIS_PLAIN}) <= kLargest))
+      features.push_back(f);
+  }
+  return features;
+}
+
+// How many of them there is room for: an angle takes two inputs, its cosine and its sine.
+std::size_t with_room(const Survey &survey, const std::vector<std::uint16_t> &features) {
+  std::size_t inputs = 0, count = 0;
+  for (; count < features.size(); ++count) {
+    inputs += is_angle(survey.layout, features[count]) ? 2 : 1;
+    if (inputs > kMostCommands)
+      break;
+  }
+  return count;
+}
+
+// Fills in the inputs; the plain features come first, and are returned.
+std::vector<std::uint16_t> choose_inputs(Basis *basis, const Survey &survey) {
+  const Layout &layout = survey.layout;
+  std::vector<std::uint16_t> all = given(survey), features;
+  all.resize(with_room(survey, all));
+  for (const std::uint16_t f : all) {
+    if (!is_angle(layout, f)) {
+      features.push_back(f);
+      basis->inputs.push_back({f, BASIS_PLAIN});
+    }
+  }
+  for (const std::uint16_t f : all) {
+    if (is_angle(layout, f)) {
+      basis->inputs.push_back({f, BASIS_COSINE});
+      basis->inputs.push_back({f, BASIS_SINE});
+    }
+  }
   const auto add = [basis, &survey](std::uint16_t a, std::uint16_t b) {
     if (basis->inputs.size() < kMostInputs && largest(survey, {a, b}) <= kLargest)
       basis->inputs.push_back({a, b});
   };
-  for (const std::uint16_t f : features)
-    add(f, BASIS_PLAIN);
-  for (std::size_t f = 0; f < layout.features(); ++f) {
-    if (!is_angle(layout, f) || is_outcome(layout, f) || !varies(survey, f))
-      continue;
-    add(static_cast<std::uint16_t>(f), BASIS_COSINE);
-    add(static_cast<std::uint16_t>(f), BASIS_SINE);
-  }
   for (const std::uint16_t f : features) {
     for (std::size_t k = 0; k < harmonics_of(survey, f); ++k) {
       add(f, static_cast<std::uint16_t>(BASIS_COSINE - 2 * k));
@@ -117,6 +138,7 @@ void choose_inputs(Basis *basis, const Survey &survey, const std::vector<std::ui
         add(features[i], static_cast<std::uint16_t>(features[j] | BASIS_OF_PRODUCT));
     }
   }
+  return features;
 }
 
 void choose_times(Basis *basis, double run_rows) {
@@ -355,13 +377,16 @@ std::vector<std::uint8_t> integrand_bytes(const std::vector<Integrand> &integran
   return bytes.bytes();
 }
 
+std::vector<std::uint16_t> no_inputs(const Survey &survey) {
+  const std::vector<std::uint16_t> all = given(survey);
+  return {all.begin() + static_cast<std::ptrdiff_t>(with_room(survey, all)), all.end()};
+}
+
 Basis make_basis(const Survey &survey, double run_rows) {
   Basis basis;
   const Layout &layout = survey.layout;
-  const std::vector<std::uint16_t> features = given(survey);
-  choose_inputs(&basis, survey, features);
+  const std::size_t plain = choose_inputs(&basis, survey).size();
   choose_times(&basis, run_rows);
-  const std::size_t plain = std::min(features.size(), basis.inputs.size());
   if (!layout.external)
     choose_terms(&basis, plain, layout.outcomes());
   if (!layout.external) {

@@ -18,6 +18,12 @@ namespace rim {
 // What it lacks is how the runs begin, learn_start(): their blocks do not depend on it.
 Basis make_basis(const Survey &survey, double run_rows);
 
+// So many inputs are commands, and an angle is two: with nine filters of each there is room for no
+// more among the terms of an image.
+constexpr std::size_t kMostCommands = 36;
+// The commands and context beyond that, of which no model knows; features, ascending.
+std::vector<std::uint16_t> no_inputs(const Survey &survey);
+
 // Mean and standard deviation over the runs of every feature in the first block; starts: of every
 // run, as BlockRun has it; low, high: of the features over all rows.
 void learn_start(Basis *basis, const std::vector<Eigen::VectorXd> &starts,

@@ -121,6 +121,18 @@ void set_ranges(FlightPlan *plan, const Survey &survey) {
   }
 }
 
+// Names those commands of which no model can know.
+void warn_of_commands(const Survey &survey, std::vector<std::string> *warnings) {
+  std::vector<std::string> names;
+  for (const std::uint16_t f : no_inputs(survey))
+    names.push_back(survey.layout.feature_names[f]);
+  if (!names.empty())
+    warnings->push_back(
+        fmt::format("there are more commands than the models have room for ({} inputs, of which an "
+                    "angle takes two): no model knows of {}. Put the columns that matter first",
+                    kMostCommands, fmt::join(names, ", ")));
+}
+
 // All but the runs' blocks, and what the commands were before the first rows.
 HealthyRuns prepared_but_begin(const Survey &survey, double block_s) {
   HealthyRuns healthy;
@@ -134,6 +146,8 @@ HealthyRuns prepared_but_begin(const Survey &survey, double block_s) {
   plan.block_rows = block_rows_for(survey, plan.period_s, block_s, &run_rows);
   set_ranges(&plan, survey);
   plan.basis = make_basis(survey, run_rows);
+  if (!plan.layout.external)
+    warn_of_commands(survey, &healthy.warnings);
   healthy.integrands = possible_integrands(plan.layout);
   for (const RunFacts &run : survey.runs) {
     healthy.paths.push_back(run.path);
