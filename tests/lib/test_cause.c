@@ -206,8 +206,8 @@ static void what_deviates_together_is_named(void **state) {
   NAME_EACH(of);
 }
 
-/* The agreement of OTHER leads and no other one deviates yet. The commands deny a deviation of
- * OTHER, and say that IN deviates: its score need not be large already. */
+/* The agreement of OTHER leads. The commands deny a deviation of OTHER, and say that IN deviates:
+ * its score need not be large, and what another agreement says counts for less. */
 static void what_the_commands_deny_is_not_named(void **state) {
   (void)state;
   static const uint16_t by_commands[O] = {NONE, NONE, NONE, NONE};
@@ -218,7 +218,9 @@ static void what_the_commands_deny_is_not_named(void **state) {
     together = IN;
     by_itself = denied ? 0.0 : 3.0;
     feed(together_since_40, 1.0);
-    const finding of[] = {{leading, 10.0, {{IN, 1.0, 40}}, denied ? IN : leading},
+    const uint16_t said = denied ? IN : leading;
+    const finding of[] = {{leading, 10.0, {{IN, 1.0, 40}}, said},
+                          {leading, 10.0, {{AGREEMENT + OUT, 2.0, 40}, {IN, 1.0, 40}}, said},
                           {leading, 10.0, {{IN, 0.99, 40}}, leading},  /* no alarm by itself */
                           {leading, 10.0, {{OUT, 3.0, 40}}, leading}}; /* not there and then */
     NAME_EACH(of);

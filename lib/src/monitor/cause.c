@@ -365,22 +365,24 @@ static uint16_t other_reading(const rim_monitor *m, uint16_t leading) {
 }
 
 /* Two sensors disagree: their agreements deviate together, and the larger score need not be that of
- * the sensor that is off. One of them is. Where the commands say that it is not the leading one, it
- * is the next one, unless they contradict that nearly as much. Where no other agreement deviates
- * yet, since a search looks at one channel after the other, the commands may tell already which. */
+ * the sensor that is off. One of them is. Where the commands deny that it is the leading one, it is
+ * one of which they say so themselves; where there is none, the next agreement, unless they deny
+ * that nearly as much. */
 static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (rimi_agreement_integral(&m->models.agreement, leading % outcomes) < outcomes ||
       rimi_cause_score(m, leading % outcomes) >= SPEAKS)
     return leading;
-  uint16_t next = other_reading(m, leading);
-  const bool by_commands = next == leading;
-  if (by_commands)
-    next = next_behaviour(m, leading, (double)m->models.threshold.alarm_score, DBL_MAX);
-  if (next == leading || !deviates_too(m, leading, next))
-    return leading;
   const double is_leading = confirmed(m, leading);
-  return is_leading <= -SPEAKS && (by_commands || confirmed(m, next) >= is_leading + 2.0 * SPEAKS)
+  if (is_leading > -SPEAKS)
+    return leading;
+  const uint16_t said =
+      next_behaviour(m, leading, (double)m->models.threshold.alarm_score, DBL_MAX);
+  if (said != leading && deviates_too(m, leading, said))
+    return said;
+  const uint16_t next = other_reading(m, leading);
+  return next != leading && deviates_too(m, leading, next) &&
+                 confirmed(m, next) >= is_leading + 2.0 * SPEAKS
              ? next
              : leading;
 }
