@@ -3,6 +3,7 @@
 // a robust scatter.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,11 @@ namespace rim::world {
 
 // Index of a column; DataError "path: column 'name' is missing; world W needs REASON".
 int needed_column(const Log &log, const std::string &name, const std::string &who);
+
+// Of the windows that follow one another from the log's first row, the first from the i-th on that
+// begins less than two steps before a row: a gap, which lasts years where a clock was set, is
+// passed over at once. None where no row follows, or only one beyond what can be counted.
+std::optional<std::size_t> next_window(const Log &log, std::size_t i, double step_s);
 
 // Outcome columns z. m. sd. of one name.
 struct OutcomeColumns {

@@ -199,9 +199,9 @@ Log FalconFall::predict(const Log &log) const {
                                 log.path, f.row_s, kSlowest_s));
   PredictionRows rows(log, {"s.speed_mps", "s.altitude_m", "x.climb_mps", "x.sin_gamma"},
                       {"speed_mps"});
-  const double start_s = log.t_s.empty() ? 0.0 : log.t_s.front();
-  for (std::size_t i = 0; !log.t_s.empty(); ++i) {
-    const double t_s = start_s + static_cast<double>(i) * kFallStep_s, end_s = t_s + kFallStep_s;
+  for (auto i = next_window(log, 0, kFallStep_s); i; i = next_window(log, *i + 1, kFallStep_s)) {
+    const double t_s = log.t_s.front() + static_cast<double>(*i) * kFallStep_s;
+    const double end_s = t_s + kFallStep_s;
     if (end_s > log.t_s.back())
       break;
     if (f.disturbed(f.at(t_s - f.half_s), f.at(end_s + f.half_s + 2e-9)))

@@ -31,6 +31,20 @@ int needed_column(const Log &log, const std::string &name, const std::string &wh
   return column;
 }
 
+std::optional<std::size_t> next_window(const Log &log, std::size_t i, double step_s) {
+  if (log.t_s.empty())
+    return std::nullopt;
+  constexpr double kMostWindows = 1e15;
+  const double t_s = log.t_s.front() + static_cast<double>(i) * step_s;
+  const auto row = std::lower_bound(log.t_s.begin(), log.t_s.end(), t_s);
+  if (row == log.t_s.end())
+    return std::nullopt;
+  const double ahead = (*row - t_s) / step_s;
+  if (!(ahead < kMostWindows))
+    return std::nullopt;
+  return ahead < 2.0 ? i : i + static_cast<std::size_t>(ahead) - 1;
+}
+
 PredictionRows::PredictionRows(const Log &source, const std::vector<std::string> &features,
                                const std::vector<std::string> &outcomes,
                                const std::vector<std::size_t> &run_effects) {

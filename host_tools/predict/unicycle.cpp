@@ -91,8 +91,9 @@ Log Unicycle::predict(const Log &log) const {
   const Columns c(log);
   PredictionRows rows(log, {"u.cmd_v_mps", "u.cmd_w_radps", "x.x_m", "x.y_m", "x.theta_rad"},
                       {"forward_mps", "turn_radps"});
-  for (std::size_t i = 0; !log.t_s.empty(); ++i) {
-    const double t_s = log.t_s.front() + static_cast<double>(i) * kUnicycleWindow_s;
+  for (auto i = next_window(log, 0, kUnicycleWindow_s); i;
+       i = next_window(log, *i + 1, kUnicycleWindow_s)) {
+    const double t_s = log.t_s.front() + static_cast<double>(*i) * kUnicycleWindow_s;
     if (t_s + kUnicycleWindow_s > log.t_s.back() + 0.5 * kGap_s)
       break;
     const std::size_t first = nearest(log, t_s), last = nearest(log, t_s + kUnicycleWindow_s);

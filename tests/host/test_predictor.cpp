@@ -185,6 +185,30 @@ void gaps_are_kept_out(void **) {
   }
 }
 
+Log drive(double noise_m, double noise_rad);
+
+// The clock is set in the middle of a log: years are passed over at once, and so is the last row.
+Log with_clock_set(Log log, double by_s) {
+  for (std::size_t r = log.t_s.size() / 2; r < log.t_s.size(); ++r)
+    log.t_s[r] += by_s;
+  log.t_s.back() = 1e300;
+  return log;
+}
+
+void a_clock_that_is_set_costs_no_time(void **) {
+  constexpr double kYears_s = 1.7e9;
+  const Log flight = fall(false);
+  const auto steps = make_world_predictor("falcon")->predict(flight).t_s.size();
+  const Log some = make_world_predictor("falcon")->predict(with_clock_set(flight, kYears_s));
+  // A climb needs most of a window behind it.
+  assert_true(some.t_s.size() > steps - 12 && some.t_s.size() < steps);
+  assert_true(some.t_s.back() > kYears_s);
+  const Log seen = make_world_predictor("unicycle")->predict(
+      with_clock_set(drive(0.0005, 0.003), kYears_s));
+  assert_int_equal(seen.t_s.size(), 1000); // the windows beside the change end within a gap's half
+  assert_true(seen.t_s.back() > kYears_s);
+}
+
 // With the outcomes as measured, the next row is the next row; otherwise the speed is carried.
 void a_carried_fall_is_a_fall(void **) {
   const auto falcon = make_world_predictor("falcon");
@@ -490,6 +514,7 @@ int main() {
       cmocka_unit_test(a_shown_fall_lies_within_its_sd),
       cmocka_unit_test(engines_and_events_are_kept_out),
       cmocka_unit_test(gaps_are_kept_out),
+      cmocka_unit_test(a_clock_that_is_set_costs_no_time),
       cmocka_unit_test(a_carried_fall_is_a_fall),
       cmocka_unit_test(bad_flights_are_refused),
       cmocka_unit_test(a_drive_is_predicted_exactly),
