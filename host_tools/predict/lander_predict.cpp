@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "predict/columns.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
@@ -19,6 +21,7 @@ using Eigen::Vector3d;
 constexpr double kStandardGravity_mps2 = 9.80665;
 constexpr double kGap_s = 0.25; // longest between rows of a step
 constexpr double kMean_s = 1.0; // of the readings that a step begins with
+constexpr double kLeastMass = 0.1; // of the dry mass: what is less weighs nothing
 const char *const kWho = "world lander";
 
 // Sensors by their place in sensor_names().
@@ -150,13 +153,30 @@ Step step_between(const LanderParams &p, const Log &log, const Columns &c, std::
   return step;
 }
 
+// A mass that is none: it dropped out, or its unit is another.
+bool is_mass(const LanderVehicle &vehicle, double mass_kg) {
+  return mass_kg > kLeastMass * vehicle.dry_mass_kg;
+}
+
+double first_mass_kg(const LanderVehicle &vehicle, const Log &log, const Columns &c) {
+  for (std::size_t r = 0; r < log.t_s.size(); ++r) {
+    const double mass_kg = Row(log, c, r).sensor(kMass);
+    if (is_mass(vehicle, mass_kg))
+      return mass_kg;
+  }
+  throw DataError(fmt::format("{}: column 's.{}' is never above {:g} kg, {:g} of the lander's dry "
+                              "mass; {} divides by it",
+                              log.path, sensor_names()[kMass], kLeastMass * vehicle.dry_mass_kg,
+                              kLeastMass, kWho));
+}
+
 // The starts of all rows of a log. O(rows).
 std::vector<Start> starts_of(const LanderParams &p, const LanderVehicle &vehicle, const Log &log,
                              const Columns &c) {
   const std::size_t n = log.t_s.size();
   std::vector<Start> less(n), out; // readings less what was gained; means of them
   Vector3d faster = Vector3d::Zero(), further = Vector3d::Zero();
-  double burnt_kg = 0.0;
+  double burnt_kg = 0.0, mass_kg = first_mass_kg(vehicle, log, c);
   Start sum{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(), 0.0, 0.0};
   const auto add = [&sum](const Start &x, double sign) {
     sum.position += sign * x.position;
@@ -171,7 +191,9 @@ std::vector<Start> starts_of(const LanderParams &p, const LanderVehicle &vehicle
     if (r > 0) {
       const double dt = log.t_s[r] - log.t_s[r - 1];
       const Row before(log, c, r - 1);
-      const Step step = step_between(p, log, c, r - 1, r, before.sensor(kMass));
+      if (is_mass(vehicle, before.sensor(kMass)))
+        mass_kg = before.sensor(kMass);
+      const Step step = step_between(p, log, c, r - 1, r, mass_kg);
       const Vector3d fall = dt * gravity_mps2(vehicle, before.vector(kPosition));
       further +=
           dt * (0.5 * (before.vector(kImu) + before.vector(kDoppler)) + 0.5 * fall) + step.push_m;
@@ -300,6 +322,8 @@ Log LanderPredictor::predict(const Log &log) const {
     double squares = 0.0;
     const Vector3d rate = rate_over(log, c, before, after, &squares);
     const Start &start = starts[r];
+    if (!is_mass(vehicle_, start.mass_kg))
+      continue;
     const Step step = step_between(params_, log, c, r, last, start.mass_kg);
     const Readings m = predict_readings(params_, vehicle_, start, rate, step);
     const Readings sd = prediction_sd(params_, step, start, squares);

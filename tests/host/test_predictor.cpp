@@ -430,6 +430,24 @@ void a_carried_landing_goes_on(void **) {
   }
 }
 
+// Readings of the mass that dropped out: nothing is divided by them.
+void a_landing_without_its_mass_is_predicted(void **) {
+  const auto lander = make_world_predictor("lander");
+  Log log = without_rows(landing(""), [](double t) { return t > 60.0; });
+  const std::size_t rows = lander->predict(log).t_s.size();
+  const int mass = rim::find_column(log, "s.mass_kg");
+  log.values(0, mass) = log.values(400, mass) = 0.0;
+  const Log once = lander->predict(log);
+  assert_true(once.t_s.size() >= rows - 1 && once.values.allFinite());
+  log.values.col(mass).segment(500, 100).setZero(); // 5 s
+  const Log long_gone = lander->predict(log);
+  assert_true(long_gone.t_s.size() > rows - 110 && long_gone.t_s.size() < rows - 70);
+  assert_true(long_gone.values.allFinite());
+  log.values.col(mass).setZero();
+  assert_true(has(refusal([&] { lander->predict(log); }),
+                  "column 's.mass_kg' is never above"));
+}
+
 void bad_landings_are_refused(void **) {
   const auto lander = make_world_predictor("lander");
   const Log log = without_rows(landing(""), [](double t) { return t > 20.0; });
@@ -525,6 +543,7 @@ int main() {
       cmocka_unit_test(a_landing_lies_within_its_sd),
       cmocka_unit_test(what_hits_a_landing_shows),
       cmocka_unit_test(a_carried_landing_goes_on),
+      cmocka_unit_test(a_landing_without_its_mass_is_predicted),
       cmocka_unit_test(bad_landings_are_refused),
       cmocka_unit_test(an_image_predicts_blocks_from_the_commands),
       cmocka_unit_test(images_without_a_model_are_refused),
