@@ -134,15 +134,6 @@ bool is_same_file(const std::string &a, const std::string &b) {
   return (fs::is_regular_file(status) || fs::is_directory(status)) && fs::equivalent(a, b, error);
 }
 
-// What is not there yet has no identity but its path.
-bool will_be_same_file(const std::string &a, const std::string &b) {
-  std::error_code error;
-  if (fs::exists(a, error) || fs::exists(b, error))
-    return is_same_file(a, b);
-  const fs::path one = fs::weakly_canonical(fs::absolute(a), error);
-  return !error && one == fs::weakly_canonical(fs::absolute(b), error) && !error;
-}
-
 template <class Same>
 void refuse_same(const CLI::Option *written, const CLI::Option *other, Same same, const char *why) {
   for (const std::string &out : written->results())
@@ -158,12 +149,24 @@ void check_files(const NamedFiles &files) {
     for (const CLI::Option *read : files.read)
       refuse_same(files.written[i], read, is_same_file, "what is read is not written over");
     for (std::size_t k = 0; k < i; ++k)
-      refuse_same(files.written[k], files.written[i], will_be_same_file,
+      refuse_same(files.written[k], files.written[i], name_same_file,
                   "it can hold only one of them");
   }
 }
 
 } // namespace
+
+bool name_same_file(const std::string &a, const std::string &b) {
+  std::error_code error;
+  if (fs::exists(a, error) || fs::exists(b, error))
+    return is_same_file(a, b);
+  const auto plain = [&error](const std::string &name) { // "out/" is "out"
+    const fs::path path = fs::weakly_canonical(fs::absolute(name), error);
+    return path.has_filename() ? path : path.parent_path();
+  };
+  const fs::path one = plain(a);
+  return !error && one == plain(b) && !error;
+}
 
 Option Option::required() { return Option(option_->required(), files_); }
 Option Option::check(const Check &check) {

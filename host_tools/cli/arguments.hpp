@@ -120,4 +120,7 @@ private:
 // The command as it can be typed again: "rim" and the words, quoted where a shell needs it.
 std::string command_line(int argc, char **argv);
 
+// Whether two paths lead to one file or folder, which need not be there yet.
+bool name_same_file(const std::string &a, const std::string &b);
+
 } // namespace rim::cli

@@ -177,6 +177,23 @@ void check(const rim::cli::Arguments &app, Options &o) {
     o.golf.variant = rim::GolfVariant::binary;
 }
 
+// Of one run of those asked for.
+bool is_its_log(const Options &o, const std::string &name) {
+  unsigned long long run = 0;
+  return std::sscanf(name.c_str(), "run_%llu.csv", &run) == 1 && run >= o.first &&
+         run - o.first < o.runs && rim::world::run_path("", run) == name;
+}
+
+// What is written beside the logs must not take the place of one.
+void check_beside(const Options &o, const char *option, const std::string &given) {
+  const std::filesystem::path path(given);
+  const std::string name = path.filename().string();
+  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  if ((name == "simulate.toml" || is_its_log(o, name)) && rim::cli::name_same_file(folder, o.out))
+    throw rim::UsageError(std::string(option) + " " + given + ": --out " + o.out +
+                          " writes this file itself");
+}
+
 // A file as given; else the name of a shipped effect.
 std::string effect_path(const std::string &given) {
   if (std::filesystem::exists(given) || given.find('/') != std::string::npos)
@@ -370,6 +387,8 @@ int cmd_simulate(int argc, char **argv) {
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   check(app, o);
+  check_beside(o, "--truth", o.truth);
+  check_beside(o, "--labels", o.labels);
   const auto extensions = rim::diagnose::read_extensions(o.extensions);
   const World world = make_world(o);
   if (!extensions.empty()) { // what does not fit the world is refused before anything is written

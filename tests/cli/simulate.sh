@@ -132,6 +132,13 @@ is "runs without a record: it is said" test "$(said)" = 1
 is "all of them again" "$RIM" simulate lander --out f --seed 9 --rows 10 --runs 3
 is "nothing to say then" test "$(said)" = 0
 refuses "truth over its own logs" 2 "name the same file" "$RIM" simulate golf --out i2 --truth i2
+refuses "truth over its own logs, with a slash" 2 "name the same file" "$RIM" simulate golf --out i2 --truth i2/
+refuses "truth in the place of a log" 2 "--out i2 writes this file itself" \
+  "$RIM" simulate golf --out i2 --truth ./i2/run_0001.csv
+refuses "labels in the place of the record" 2 "--out i2/ writes this file itself" \
+  "$RIM" simulate cobot --rows 5 --out i2/ --labels i2/simulate.toml
+is "none of these wrote" test ! -e i2
+is "truth beside the logs" "$RIM" simulate golf --out i3 --truth i3/run_0002.csv
 is "nothing half written" test -z "$(find . -name '*.tmp.*')"
 
 echo "$passed passed, $failed failed"
