@@ -85,6 +85,19 @@ const char *const kFooter =
     "  rim plan --state 0:1 --action -1:1:21 --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "  printf 'state,0.4\\nreward,0.9\\nstate,0.5\\n' | rim plan --state 0:1 --action -1:1:21";
 
+void declare_run(rim::cli::Arguments &app, Options &o) {
+  app.add_option("--points", o.points, "number of experiences kept, 8 to 512 (default 256)");
+  app.add_option("--seed", o.seed,
+                 "seed of the region search and of draws among equal actions (default 1)");
+  app.add_option(
+         "--lcm", o.lcm,
+         "LCM URL: read states from RIM_OBSERVATION instead of stdin. A message holds the\n"
+         "numbers of the state, then the reward of the previous answer (NaN or absent: none)")
+      ->type_name("URL");
+  app.add_option("--seconds", o.seconds, "LCM: end after this many seconds (0: never)")
+      ->check(rim::cli::non_negative_number());
+}
+
 void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("--policy", o.policy, "gp, rim, rim+gp (default) or bank")
       ->check(rim::cli::is_member(kPolicies));
@@ -100,10 +113,13 @@ void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("--kernel", o.kernel, "se, matern32 or matern52 (default)")
       ->check(rim::cli::is_member(kKernels));
   app.add_option("--length", o.length,
-                 "length scale of the kernel, once per number (default: a fifth of its range)");
+                 "length scale of the kernel, once per number (default: a fifth of its range)")
+      ->check(rim::cli::positive_number());
   app.add_option("--signal-sd", o.signal_sd,
-                 "prior sd of the deviation from the nominal reward (default 1)");
-  app.add_option("--noise-sd", o.noise_sd, "observation noise sd of a reward (default 0.1)");
+                 "prior sd of the deviation from the nominal reward (default 1)")
+      ->check(rim::cli::non_negative_number());
+  app.add_option("--noise-sd", o.noise_sd, "observation noise sd of a reward (default 0.1)")
+      ->check(rim::cli::non_negative_number());
   app.add_option("--beta", o.beta,
                  "weight of the uncertainty in the choice; 0 explores nothing (default 2)");
   app.add_option("--schedule", o.schedule, "how beta changes: constant (default), log or decay")
@@ -124,23 +140,28 @@ void declare(rim::cli::Arguments &app, Options &o) {
                  "rim, rim+gp: ellipsoid (default) or box, which may be sheared")
       ->check(rim::cli::is_member(kShapes));
   app.add_option("--smooth-sd", o.smooth_sd,
-                 "rim, rim+gp: sd of deviations too small to make a region");
+                 "rim, rim+gp: sd of deviations too small to make a region")
+      ->check(rim::cli::non_negative_number());
   app.add_option("--unseen-sd", o.unseen_sd,
-                 "rim+gp: prior sd of the deviation in a region that has not been visited");
+                 "rim+gp: prior sd of the deviation in a region that has not been visited")
+      ->check(rim::cli::non_negative_number());
   app.add_option(
       "--gain", o.gain,
       "rim+gp: least improvement of the log likelihood (in nats) by which regions must beat\n"
       "the Gaussian process alone (default 0)");
-  app.add_option("--points", o.points, "number of experiences kept, 8 to 512 (default 256)");
-  app.add_option("--seed", o.seed,
-                 "seed of the region search and of draws among equal actions (default 1)");
-  app.add_option(
-         "--lcm", o.lcm,
-         "LCM URL: read states from RIM_OBSERVATION instead of stdin. A message holds the\n"
-         "numbers of the state, then the reward of the previous answer (NaN or absent: none)")
-      ->type_name("URL");
-  app.add_option("--seconds", o.seconds, "LCM: end after this time (0: never)");
+  declare_run(app, o);
   app.footer(kFooter);
+}
+
+// One for every number of a state and an action; a bank's plans have none of their own.
+void set_lengths(const Options &o, PlannerConfig *c) {
+  const std::size_t actions = o.policy == "bank" ? 0 : c->action.size();
+  const std::size_t wanted = c->features > 0 ? c->features : c->state.size() + actions;
+  if (!o.length.empty() && o.length.size() != wanted)
+    throw rim::UsageError(
+        fmt::format("--length: {} given, {} needed, one per number", o.length.size(), wanted));
+  for (std::size_t d = 0; d < o.length.size() && d < RIM_GP_MAX_DIMS; ++d)
+    c->bandit.gp.length[d] = o.length[d];
 }
 
 PlannerConfig config_of(const Options &o) {
@@ -177,8 +198,7 @@ PlannerConfig config_of(const Options &o) {
   b.gp.points = b.extent.points = static_cast<std::uint16_t>(o.points);
   b.gp.signal_var = o.signal_sd * o.signal_sd;
   b.gp.noise_var = o.noise_sd * o.noise_sd;
-  for (std::size_t d = 0; d < o.length.size() && d < RIM_GP_MAX_DIMS; ++d)
-    b.gp.length[d] = o.length[d];
+  set_lengths(o, &c);
   return c;
 }
 

@@ -87,6 +87,16 @@ check "three different expectations" 3 "$(sort -u seen.txt | wc -l)"
 printf 'state,0.4\n' | "$RIM" plan $grid --gain 5 --unseen-sd 0.5 --smooth-sd 0.1 --beta 1 --signal-sd 1 > a.txt 2>/dev/null
 contains "a region not seen yet widens the choice" "$(cat a.txt)" '"sd":1.118'
 "$RIM" plan $grid --points 4 < /dev/null 2>/dev/null; check "too few points" 2 $?
+for lengths in 0.1 "0.1 0.1 0.1" "0.1 0" "-0.1 0.1"; do
+  "$RIM" plan $grid --length $lengths < /dev/null 2> err.txt; check "lengths $lengths" 2 $?
+  contains "lengths $lengths: it says so" "$(cat err.txt)" "--length: "
+done
+"$RIM" plan $grid --length 0.1 0.1 < /dev/null 2>/dev/null; check "a length per number" 0 $?
+"$RIM" plan --policy bank --plans 2 --state 0:1 --length 0.1 < /dev/null 2>/dev/null; check "a bank's length" 0 $?
+for option in signal noise smooth unseen; do
+  "$RIM" plan $grid --$option-sd -0.1 < /dev/null 2>/dev/null; check "a $option sd below 0" 2 $?
+done
+"$RIM" plan $grid --seconds -5 < /dev/null 2>/dev/null; check "seconds below 0" 2 $?
 
 # The same input, the same bytes.
 seq 40 | awk '{printf "state,%.2f\nreward,%.2f\n", $1 / 41, ($1 * 7 % 11) / 11}' > in.csv
