@@ -10,6 +10,12 @@
 
 namespace rim {
 
+namespace {
+
+bool is_of(const std::string &url, const char *scheme) { return url.rfind(scheme, 0) == 0; }
+
+} // namespace
+
 // liblcm calls C functions: no exception may leave them.
 struct LcmBus::Receiver {
   static void handle(const lcm_recv_buf_t *buffer, const char *channel, void *user) {
@@ -20,8 +26,10 @@ struct LcmBus::Receiver {
 
 LcmBus::LcmBus(const std::string &url) : url_(url), lcm_(lcm_create(url.c_str())) {
   if (lcm_ == nullptr)
-    throw DataError(url + ": LCM cannot open it (udpm needs a multicast route: "
-                          "ip route add 224.0.0.0/4 dev lo)");
+    throw DataError(url + ": LCM cannot open it" +
+                    (is_of(url, "udpm:") ? " (udpm needs a multicast route: "
+                                           "ip route add 224.0.0.0/4 dev lo)"
+                                         : ""));
 }
 
 LcmBus::~LcmBus() { lcm_destroy(lcm_); }
@@ -88,11 +96,14 @@ void LcmBus::take(const std::string &channel, const std::uint8_t *bytes, std::si
 bool LcmBus::receive(int timeout_ms) {
   if (!subscribed_)
     subscribe();
+  if (ended_)
+    return false;
   errno = 0;
   const int handled = lcm_handle_timeout(lcm_, timeout_ms);
   if (handled < 0 && errno == EINTR) // a signal: the caller looks whether it is to stop
     return false;
-  if (handled < 0)
+  ended_ = handled < 0 && is_of(url_, "file:");
+  if (handled < 0 && !ended_)
     throw DataError(url_ + ": LCM stopped receiving");
   return handled > 0;
 }

@@ -42,6 +42,8 @@ public:
   // Waits at most so long, handles what has come and returns whether anything has. Messages that do
   // not decode are counted in refused().
   bool receive(int timeout_ms);
+  // Whether a recording ("file:") that is played has come to its end: nothing comes any more.
+  bool ended() const { return ended_; }
   std::uint64_t refused() const { return refused_; }
 
 private:
@@ -52,7 +54,7 @@ private:
   struct Receiver;
   std::string url_;
   lcm_t *lcm_ = nullptr;
-  bool subscribed_ = false;
+  bool subscribed_ = false, ended_ = false;
   std::uint64_t refused_ = 0;
 };
 

@@ -124,6 +124,8 @@ public:
     if (can_)
       can_->receive(lcm_ ? 0 : 100);
   }
+  // A recording is at its end, and there is no other bus.
+  bool ended() const { return lcm_ && !can_ && lcm_->ended(); }
   std::uint64_t refused() const {
     return (lcm_ ? lcm_->refused() : 0) + (can_ ? can_->records.refused() : 0);
   }
@@ -144,7 +146,7 @@ void listen(const Options &o) {
     std::fprintf(stderr, "rim: listening on %s%s%s\n", o.url.c_str(),
                  o.url.empty() || o.interface.empty() ? "" : " and ", o.interface.c_str());
   const double start_s = steady_s();
-  while (stopped == 0 && (o.count == 0 || listener.count() < o.count) &&
+  while (stopped == 0 && !buses.ended() && (o.count == 0 || listener.count() < o.count) &&
          !(o.seconds > 0.0 && steady_s() - start_s >= o.seconds)) {
     listener.show(false);
     buses.receive();
@@ -160,7 +162,8 @@ void listen(const Options &o) {
 const char *const kFooter =
     "The command prints 'rim: listening' to stderr, and receives every message that is sent after\n"
     "that. A record whose detail was lost on CAN is printed from its summary, without outcome and\n"
-    "region. The table also shows health, the monitor's counters, how long a monitor has been\n"
+    "region. A recording (--lcm file://NAME) is played, and the command ends with it.\n"
+    "The table also shows health, the monitor's counters, how long a monitor has been\n"
     "silent, and where a plan enters an alarmed region (in a pipe this is a line with\n"
     "\"message\": \"entry\").\n\n"
     "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"

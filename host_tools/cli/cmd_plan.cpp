@@ -208,18 +208,11 @@ void listen(PlanSession &session, const Options &options) {
   bus.on_observation = [&](const rim_observation_message &message) { session.take(message); };
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
-  const bool recorded = options.lcm.rfind("file://", 0) == 0;
   const auto start = Clock::now();
   const std::chrono::duration<double> limit(options.seconds);
-  while (stopped == 0 && (!(options.seconds > 0.0) || Clock::now() - start < limit)) {
-    try {
-      bus.receive(100);
-    } catch (const rim::DataError &) {
-      if (!recorded)
-        throw;
-      return; // the end of the recording
-    }
-  }
+  while (stopped == 0 && !bus.ended() &&
+         (!(options.seconds > 0.0) || Clock::now() - start < limit))
+    bus.receive(100);
 }
 
 void read_lines(PlanSession &session) {

@@ -35,6 +35,15 @@ check "another order, another digest" 0 $?
 one=$("$RIM" replay --model toy.rim biased.csv | head -3)
 check "no log depends on those before it" "$one" "$(printf '%s\n' "$out" | grep -A2 '^biased.csv')"
 
+# A recording of the bus is played to its end; what cannot be opened is told without what helps udpm.
+"$RIM" listen --lcm "file://$here/bus.lcm?speed=0" > heard.jsonl 2> heard.txt; check "a recording is played to its end" 0 $?
+check "every record of it" "$(wc -l < a.jsonl)" "$(wc -l < heard.jsonl)"
+check "and nothing is wrong" "rim: listening on file://$here/bus.lcm?speed=0" "$(cat heard.txt)"
+for url in file://$here/none.lcm garbage; do
+  "$RIM" listen --lcm "$url" > heard.jsonl 2> heard.txt; check "no bus: $url" 3 $?
+  check "no bus: why" "rim: $url: LCM cannot open it" "$(tail -1 heard.txt)"
+done
+
 python3 - << 'END' > py.txt 2>&1
 import csv, json
 alarms = [json.loads(line) for line in open("a.jsonl")]
