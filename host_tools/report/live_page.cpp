@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <netinet/in.h>
@@ -21,7 +22,7 @@ namespace rim::report {
 namespace {
 
 constexpr std::size_t kMostRequest = 8192;
-constexpr int kWait_ms = 200;
+constexpr std::chrono::milliseconds kWait{200}, kWaitSending{1000};
 
 constexpr const char *kProgram =
 #include "live_js.inc"
@@ -47,10 +48,21 @@ std::string header(const std::string &request, const std::string &name) {
     if (::strncasecmp(request.c_str() + begin, name.c_str(), name.size()) == 0 &&
         request[begin + name.size()] == ':') {
       const std::size_t value = request.find_first_not_of(' ', begin + name.size() + 1);
-      return request.substr(value, request.find("\r\n", value) - value);
+      return value == std::string::npos
+                 ? ""
+                 : request.substr(value, request.find("\r\n", value) - value);
     }
   }
   return "";
+}
+
+// Whether a socket becomes ready before the time that it has is over.
+bool is_ready(int client, short event, std::chrono::steady_clock::time_point until) {
+  using std::chrono::milliseconds;
+  const auto left =
+      std::chrono::duration_cast<milliseconds>(until - std::chrono::steady_clock::now());
+  pollfd ready{client, event, 0};
+  return left.count() > 0 && ::poll(&ready, 1, static_cast<int>(left.count())) > 0;
 }
 
 } // namespace
@@ -91,9 +103,9 @@ void LivePage::serve() {
 void LivePage::answer(int client) const {
   std::string request;
   char buffer[2048];
+  auto until = std::chrono::steady_clock::now() + kWait; // however slowly it comes
   while (request.find("\r\n\r\n") == std::string::npos && request.size() < kMostRequest) {
-    pollfd ready{client, POLLIN, 0};
-    if (::poll(&ready, 1, kWait_ms) <= 0)
+    if (!is_ready(client, POLLIN, until))
       return;
     const ssize_t n = ::recv(client, buffer, sizeof buffer, MSG_DONTWAIT);
     if (n <= 0)
@@ -101,9 +113,9 @@ void LivePage::answer(int client) const {
     request.append(buffer, static_cast<std::size_t>(n));
   }
   const std::string text = response_to(request);
+  until = std::chrono::steady_clock::now() + kWaitSending;
   for (std::size_t sent = 0; sent < text.size();) {
-    pollfd ready{client, POLLOUT, 0};
-    if (::poll(&ready, 1, kWait_ms) <= 0)
+    if (!is_ready(client, POLLOUT, until))
       return;
     const ssize_t n =
         ::send(client, text.data() + sent, text.size() - sent, MSG_DONTWAIT | MSG_NOSIGNAL);

@@ -21,7 +21,8 @@ public:
 
   std::string url() const; // "http://127.0.0.1:8123/"
   void add(const std::string &json) { records_.push_back(json); }
-  // Answers what has come. Waits at most 0.2 s for a request that has begun.
+  // Answers what has come. Waits at most 0.2 s for a request that has begun, and 1 s for its answer
+  // to be taken.
   void serve();
 
 private:
