@@ -130,6 +130,21 @@ std::string columns_text(const ImageFacts &facts) {
          sections.text();
 }
 
+bool is_alarm(const Json &record) {
+  return record.is_object() && (record.contains("sentence") || record.contains("message"));
+}
+
+// Lines of JSON are records of alarms, or a log that has its time. Anything else is told of the
+// former.
+bool is_log_of_json(const std::string &text) {
+  std::istringstream lines(text);
+  std::string line;
+  while (line.find_first_not_of(" \t\r") == std::string::npos && std::getline(lines, line)) {
+  }
+  const Json first = parse_json(line);
+  return first.is_object() && first.contains("t_s") && !is_alarm(first);
+}
+
 } // namespace
 
 FileKind kind_of_file(const std::string &path) {
@@ -143,9 +158,11 @@ FileKind kind_of_file(const std::string &path) {
     return FileKind::image;
   const std::string head = text.substr(0, 4096);
   const std::size_t first = head.find_first_not_of(" \t\r\n");
-  if (first != std::string::npos && head[first] == '{')
-    return head.find("rim-diagnosis/1") != std::string::npos ? FileKind::diagnosis
-                                                             : FileKind::alarms;
+  if (first != std::string::npos && head[first] == '{') {
+    if (head.find("rim-diagnosis/1") != std::string::npos)
+      return FileKind::diagnosis;
+    return is_log_of_json(text) ? FileKind::log : FileKind::alarms;
+  }
   if (head.find("\"rim-extension/1\"") != std::string::npos)
     return FileKind::extension;
   if (head.find("\"rim-schema/1\"") != std::string::npos)
@@ -181,7 +198,7 @@ Shown show_alarms(const std::string &path) {
     if (line.find_first_not_of(" \t\r") == std::string::npos)
       continue;
     const Json record = parse_json(line);
-    if (!record.is_object() || (!record.contains("sentence") && !record.contains("message")))
+    if (!is_alarm(record))
       throw DataError(fmt::format("{}:line {}: is no record of an alarm (rim replay --alarms, rim "
                                   "listen)",
                                   path, line_number));

@@ -61,6 +61,9 @@ printf 'ULog\001\022\065\001' > bare.ulg; head -c 64 /dev/zero >> bare.ulg
 printf '#!/bin/sh\nexec python3 -S -E "$@"\n' > nothing && chmod +x nothing # no site-packages
 RIM_PYTHON=$here/nothing refuse "no pyulog" "bare.ulg: is a ULog (PX4) file; its reader is not installed .*python3 -m pip install pyulog" show bare.ulg
 
+printf '{"t_s":0,"s.a_m":1}\n{"t_s":1,"s.a_m":2}\n{"t_s":2,"s.a_m":4}\n' > lines.jsonl
+RIM_PYTHON=$here/nothing refuse "no numpy" "lines.jsonl: its reader is not installed .*numpy.*python3 -m pip install numpy" show lines.jsonl
+
 # --- every format by its own library
 python=$BUILD/venv/bin/python3
 if ! [ -x "$python" ] || ! "$python" -c 'import pyulog, mcap_ros2, rosbags, h5py, pyarrow, asammdf, cantools, ccsdspy, lcm, pymavlink' 2> import.txt; then
@@ -69,6 +72,7 @@ if ! [ -x "$python" ] || ! "$python" -c 'import pyulog, mcap_ros2, rosbags, h5py
   finish
 fi
 export RIM_PYTHON=$python
+contains "lines of JSON without a schema: a log" "$("$RIM" show lines.jsonl 2>&1)" "^lines.jsonl: 3 rows, "
 mkdir files && "$python" "$root/tests/python/write_formats.py" files > write.txt 2>&1; check "the libraries write" 0 $?
 cat > list.py << 'END'
 import sys

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Callable, Tuple
 
 from . import arrays, buses, flight, messages
-from .table import Options, ReadError, Table
+from .table import MissingPackage, Options, ReadError, Table
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,11 @@ def read(path: str, options: Options = Options()) -> Table:
         raise
     except OSError as reason:
         raise ReadError(f"cannot be read: {reason}") from reason
+    except ModuleNotFoundError as reason:  # of what all readers need
+        raise MissingPackage(
+            f"its reader is not installed ({reason}). This installs it: "
+            f"python3 -m pip install {reason.name}"
+        ) from reason
     except Exception as reason:  # whatever a reader makes of a damaged file
         name = format_of(path, options).name
         raise ReadError(f"is damaged, or no {name}: {type(reason).__name__}: {reason}") from reason
