@@ -61,7 +61,16 @@ private:
   static bool begins(const std::string &line, const std::string &word) {
     const std::size_t at = line.find_first_not_of(" \t");
     return at != std::string::npos && line.compare(at, word.size(), word) == 0 &&
-           at + word.size() < line.size() && (line[at + word.size()] == ' ');
+           at + word.size() < line.size() &&
+           (line[at + word.size()] == ' ' || line[at + word.size()] == '\t');
+  }
+
+  // Whether the line opens a text that it does not close, or closes one that is open.
+  static bool turns(const std::string &line) {
+    bool is_odd = false;
+    for (std::size_t i = 0; i < line.size(); ++i)
+      is_odd ^= line[i] == '"' && (i == 0 || line[i - 1] != '\\');
+    return is_odd;
   }
 
   std::uint64_t whole(const std::string &text, std::uint64_t most, const char *what) const {
@@ -126,8 +135,8 @@ private:
 
   void take_signal(const std::string &line) {
     static const Form form(
-        R"(^\s*SG_\s+(\w+)\s*(M|m[0-9]+M?)?\s*:\s*([0-9]+)\|([0-9]+)@([01])([-+])\s*\()" DBC_NUMBER
-        "," DBC_NUMBER R"re(\)\s*\[[^]]*\]\s*"([^"]*)".*$)re");
+        R"(^\s*SG_\s+(\w+)\s*(M|m[0-9]+M?)?\s*:\s*([0-9]+)\|([0-9]+)@([01])([-+])\s*\(\s*)"
+        DBC_NUMBER R"(\s*,\s*)" DBC_NUMBER R"re(\s*\)\s*\[[^]]*\]\s*"([^"]*)".*$)re");
     Form::Parts part;
     if (dbc_.messages.empty())
       fail("a signal before any message");
@@ -159,12 +168,13 @@ private:
   }
 
   void take_type(const std::string &line) {
-    static const Form form(R"(^\s*SIG_VALTYPE_\s+([0-9]+)\s+(\w+)\s*:\s*([0-3])\s*;\s*$)");
+    static const Form form(
+        R"(^\s*SIG_VALTYPE_\s+([0-9]+)\s+(\w+)(\s*:\s*|\s+)([0-3])\s*;\s*$)");
     Form::Parts part;
     if (!form.match(line, &part))
       fail("not 'SIG_VALTYPE_ ID SIGNAL : TYPE ;'");
     DbcSignal &signal = signal_of(message_of(part[1]), part[2]);
-    signal.floating = part[3] == "1" ? 32 : part[3] == "2" ? 64 : 0;
+    signal.floating = part[4] == "1" ? 32 : part[4] == "2" ? 64 : 0;
     if (signal.floating != 0 && signal.bits != static_cast<unsigned>(signal.floating))
       fail("signal " + signal.name + " has " + std::to_string(signal.bits) + " bits, its type " +
            std::to_string(signal.floating));
@@ -194,12 +204,20 @@ private:
 Dbc DbcReader::read(const std::string &text) {
   std::istringstream lines(text);
   std::string line;
+  unsigned comment = 0; // the line that it begins on; 0: none is open
   while (std::getline(lines, line)) {
     line_++;
     if (!line.empty() && line.back() == '\r')
       line.pop_back();
-    take(line);
+    if (line_ == 1 && line.rfind("\ufeff", 0) == 0)
+      line.erase(0, 3);
+    if (comment == 0)
+      take(line);
+    if ((comment != 0 || begins(line, "CM_")) && turns(line))
+      comment = comment == 0 ? line_ : 0;
   }
+  if (comment != 0)
+    throw DataError(dbc_.path + ":line " + std::to_string(comment) + ": the comment has no end");
   if (dbc_.messages.empty())
     throw DataError(dbc_.path + ": has no messages (BO_): is it a DBC?");
   return std::move(dbc_);

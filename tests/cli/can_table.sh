@@ -23,6 +23,12 @@ refuses() { # WHAT PATTERN DBC MAP
 }
 dbc() { sed "$1" toy.dbc > bad.dbc; }   # the DBC, changed by sed
 map() { sed "$1" toy.toml > bad.toml; }
+# As others write it: tabs, blanks, a byte order mark, a comment whose lines look like others.
+dbc '1s/^/\xef\xbb\xbf/; s/^ SG_ /\tSG_\t/; s/^BO_ /BO_\t/; s/(\(.*\),\(.*\)) *\[/( \1 , \2 ) [/; s/\(SIG_VALTYPE_.*\) : /\1 /'
+printf 'CM_ SG_ 258 Speed "by \\"wheel\\"\nSG_ of old,\nBO_ as well";\n' >> bad.dbc
+"$RIM" can-table --dbc bad.dbc --map toy.toml --model toy.rim --out other.rim > /dev/null; check "the same DBC otherwise" 0 $?
+cmp -s other.rim can.rim; check "the same table" 0 $?
+printf 'CM_ "for ever\n' >> bad.dbc; refuses "a comment without an end" "bad.dbc:line [0-9]*: the comment has no end" bad.dbc toy.toml
 dbc '/Speed/s/|16@/|@/'; refuses "a signal's form" "bad.dbc:line 16: not 'SG_ " bad.dbc toy.toml
 dbc '/BO_ 258/s/: 8/8/'; refuses "a message's form" "bad.dbc:line 13: not 'BO_ " bad.dbc toy.toml
 dbc '/BO_ 258/s/258/257/'; refuses "an identifier twice" "bad.dbc:line 13: message Drive stands on line 9 already" bad.dbc toy.toml
