@@ -62,7 +62,7 @@ std::string indices(const char *what, const std::vector<Quantity> &list) {
   std::string text;
   for (std::size_t i = 0; i < list.size(); ++i) {
     std::string name = std::string(what) + "_" + upper(list[i].name);
-    if (!used.insert(name).second)
+    while (!used.insert(name).second)
       name += "_" + std::to_string(i);
     text += constant(static_cast<long long>(i), name,
                      list[i].name + (list[i].unit.empty() ? "" : ", " + list[i].unit));

@@ -4,6 +4,7 @@
 #include "bus/candump.hpp"
 #include "bus/jsonl.hpp"
 #include "bus/lcm_bus.hpp"
+#include "bus/model_lcm.hpp"
 #include "bus/sentence.hpp"
 #include "check.hpp"
 #include "image/image_writer.hpp"
@@ -21,6 +22,7 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <sys/wait.h>
 #include <thread>
@@ -361,6 +363,24 @@ void a_separate_subscriber_hears_the_alarms(void **) {
   assert_int_equal(count, 3);
 }
 
+// Names that differ only in what a constant cannot hold, and one like what is put behind them.
+void constants_have_names_of_their_own(void **) {
+  rim::ImageFacts facts;
+  for (const char *name : {"s.a.b", "s.a_b_2", "s.a-b", "s.a b"})
+    facts.names.features.push_back(rim::quantity_of(name));
+  std::istringstream lines(rim::model_lcm(facts));
+  std::set<std::string> seen;
+  std::size_t features = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const std::string name = line.substr(0, line.find(" = "));
+    if (name == line)
+      continue;
+    assert_true(seen.insert(name).second);
+    features += name.find(" FEATURE_") != std::string::npos ? 1 : 0;
+  }
+  assert_int_equal(features, 4);
+}
+
 } // namespace
 
 int main() {
@@ -374,6 +394,7 @@ int main() {
       cmocka_unit_test(lcm_records_what_was_published),
       cmocka_unit_test(python_reads_what_was_published),
       cmocka_unit_test(a_url_that_does_not_open_is_a_data_error),
+      cmocka_unit_test(constants_have_names_of_their_own),
       cmocka_unit_test(a_separate_subscriber_hears_the_alarms),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
