@@ -58,15 +58,16 @@ def say(text):
 def slurm_script(o):
     """An array of jobs: job K computes the shards K, K + tasks, ... whose files are not there yet."""
     tasks = min(o.tasks, o.shards)
-    file = os.path.join(os.path.abspath(o.out), "shard_%%0%dd_of_%d.%s" % (len(str(o.shards)), o.shards, o.suffix))
+    folder = os.path.abspath(o.out).replace("%", "%%")  # for printf and for Slurm, as it is
+    file = os.path.join(folder, "shard_%%0%dd_of_%d.%s" % (len(str(o.shards)), o.shards, o.suffix.replace("%", "%%")))
     return "\n".join([
         "#!/bin/bash", "#SBATCH --job-name=rim-campaign", "#SBATCH --array=1-%d" % tasks, "#SBATCH --ntasks=1",
-        "#SBATCH --output=%s/slurm_%%a.txt" % os.path.abspath(o.out), "#SBATCH --open-mode=append", "#SBATCH --requeue",
-        "export RIM_THREADS=${RIM_THREADS:-${SLURM_CPUS_PER_TASK:-1}}",
+        "#SBATCH --output=%s" % shlex.quote(folder + "/slurm_%a.txt"), "#SBATCH --open-mode=append", "#SBATCH --requeue",
+        "export RIM_THREADS=${RIM_THREADS:-${SLURM_CPUS_PER_TASK:-1}}", "failed=0",
         "for ((shard = SLURM_ARRAY_TASK_ID; shard <= %d; shard += %d)); do" % (o.shards, tasks),
         "  file=$(printf %s \"$shard\")" % shlex.quote(file),
         "  [ -e \"$file\" ] || %s --shard \"$shard/%d\" --out \"$file\" || failed=1" % (shlex.join(o.command), o.shards),
-        "done", "exit ${failed:-0}"])
+        "done", "exit $failed"])
 
 
 def connect(o):
@@ -79,11 +80,11 @@ def connect(o):
 
 def compute(o):
     """All shards that are not there. Returns what failed: number -> reason."""
-    from dask.distributed import as_completed
     missing = [i for i in range(1, o.shards + 1) if not os.path.exists(shard_file(o, i))]
     say("%d of %d shards are there" % (o.shards - len(missing), o.shards))
     if not missing:
         return {}
+    from dask.distributed import as_completed
     failed, spent, began = {}, [], time.monotonic()
     with connect(o) as client:
         say("dashboard %s" % client.dashboard_link)
@@ -94,7 +95,7 @@ def compute(o):
                 index, seconds, reason = future.result()
                 spent.append(seconds)
             except Exception as error:  # the worker died more often than is retried
-                index, seconds, reason = future.key, 0.0, str(error)
+                index, seconds, reason = int(future.key.split("-")[1]), 0.0, str(error)
             if reason is not None:
                 failed[index] = reason
             say("%d of %d: shard %s %s (%.1f s of processor time)" % (number, len(missing), index, reason or "done",
@@ -121,6 +122,10 @@ def parse():
     a.add_argument("command", nargs=argparse.REMAINDER, metavar="-- COMMAND")
     o = a.parse_args()
     o.command = o.command[1:] if o.command[:1] == ["--"] else o.command
+    try:
+        o.merge = shlex.split(o.merge or "")
+    except ValueError as error:
+        a.error("--merge: %s" % error)
     if not o.command or o.shards < 1 or o.workers < 1 or o.tasks < 1:
         a.error("a command after --, and at least one shard, worker and task, are needed")
     return o
@@ -128,19 +133,29 @@ def parse():
 
 def main():
     o = parse()
+    try:
+        return run(o)
+    except (OSError, ImportError) as error:  # a folder, dask, the scheduler, or the command that folds
+        say(str(error))
+        return 3
+
+
+def run(o):
     os.makedirs(o.out, exist_ok=True)
     if o.slurm:
         print(slurm_script(o))
         return 0
     failed = compute(o)
     if failed:
-        for index in sorted(failed, key=str):
+        for index in sorted(failed):
             say("shard %s failed: %s" % (index, failed[index]))
         return 3
     if o.merge:
         whole = o.merged or os.path.join(o.out, "merged." + o.suffix)
         files = [shard_file(o, i) for i in range(1, o.shards + 1)]
-        if subprocess.run([*shlex.split(o.merge), *files, "--out", whole], stdout=sys.stderr).returncode:
+        status = subprocess.run([*o.merge, *files, "--out", whole], stdout=sys.stderr).returncode
+        if status or not os.path.exists(whole):
+            say("%s: exit %d, and %s" % (o.merge[0], status, "could not fold" if status else "wrote no " + whole))
             return 3
         print(whole)
     return 0

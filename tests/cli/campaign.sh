@@ -60,6 +60,27 @@ FAILS=5 $campaign --out d --shards 6 --workers 2 -- ./work.sh > said 2> log; che
 contains "is named with its reason" "$(cat log)" "shard 5 failed: exit 3: no such thing"
 check "the others stay" 5 "$(ls d/shard_*.json | wc -l)"
 
+# What keeps it from folding is told, and no trace of Python.
+refuses() { # refuses WHAT STATUS WORDS ARGUMENT...
+  local what=$1 status=$2 words=$3
+  shift 3
+  "$python" "$root/host_tools/campaign/campaign.py" "$@" -- ./work.sh > said 2> log; check "$what" "$status" $?
+  contains "$what: said" "$(cat log)" "$words"
+  check "$what: in a few words" 0 "$(grep -c Traceback log)"
+}
+refuses "no such program to fold" 3 "No such file or directory: '/none/merge'" --out c --shards 12 --merge /none/merge
+refuses "an open quote" 2 "merge: No closing quotation" --out c --shards 12 --merge "'rim"
+refuses "what folds nothing" 3 "wrote no none/merged" --out c --shards 12 --merge true --merged none/merged
+refuses "what cannot fold" 3 "false: exit 1, and could not fold" --out c --shards 12 --merge false
+refuses "a file for a folder" 3 "File exists: 'said'" --out said --shards 1
+refuses "no scheduler there" 3 "127.0.0.1:9" --out h --shards 1 --scheduler tcp://127.0.0.1:9
+"$python" -S "$root/host_tools/campaign/campaign.py" --out c $common "$RIM_THESIS merge" -- ./work.sh > said 2> log
+check "what is there is folded without dask" 0 $?
+
+$campaign --out "50 %d done" --shards 2 --slurm -- ./work.sh > array.sh
+for i in 1 2; do failed=7 SLURM_ARRAY_TASK_ID=$i bash array.sh || bad "job $i in a folder of an odd name"; done
+check "a folder of an odd name" 2 "$(ls "50 %d done" | grep -c '^shard_[12]_of_2.json$')"
+
 $campaign --out e --shards 3 --slurm -- ./work.sh > array.sh; check "a Slurm array" 0 $?
 contains "of three jobs" "$(cat array.sh)" "^#SBATCH --array=1-3"
 for i in 1 2 3; do SLURM_ARRAY_TASK_ID=$i bash array.sh || bad "job $i"; done
