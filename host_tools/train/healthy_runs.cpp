@@ -96,6 +96,23 @@ std::vector<std::string> same_runs(const Survey &survey) {
   return warnings;
 }
 
+// Below this, differences of a feature's values count as rounding errors somewhere in training:
+// floors of 1e-9 to 1e-12 are in no unit.
+constexpr double kLeastSize = 1e-10;
+
+std::vector<std::string> small_features(const Survey &survey) {
+  std::vector<std::string> warnings;
+  for (std::size_t f = 0; f < survey.layout.features(); ++f) {
+    const double size = std::max(std::abs(survey.low(f)), std::abs(survey.high(f)));
+    if (size > 0.0 && size < kLeastSize)
+      warnings.push_back(fmt::format("{} is nowhere farther from 0 than {:.2g}: so small a number "
+                                     "is taken for a rounding error. If it is none, give it a "
+                                     "smaller unit (scale of its [[column]] in a schema)",
+                                     survey.layout.feature_names[f], size));
+  }
+  return warnings;
+}
+
 std::uint32_t block_rows_for(const Survey &survey, double period_s, double block_s,
                              double *run_rows) {
   std::vector<double> rows;
@@ -142,6 +159,8 @@ HealthyRuns prepared_but_begin(const Survey &survey, double block_s) {
   check_rates(survey, plan.period_s);
   check_sizes(survey);
   healthy.warnings = same_runs(survey);
+  for (const std::string &warning : small_features(survey))
+    healthy.warnings.push_back(warning);
   double run_rows = 0.0;
   plan.block_rows = block_rows_for(survey, plan.period_s, block_s, &run_rows);
   set_ranges(&plan, survey);

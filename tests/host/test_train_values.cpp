@@ -159,6 +159,21 @@ void what_says_nothing_of_any_outcome_is_stale(void **) {
               std::string::npos);
 }
 
+// A pressure in units so large that its numbers are those of rounding errors: it is said.
+void numbers_of_rounding_errors_are_told(void **) {
+  std::vector<rim::Log> logs;
+  for (std::size_t i = 0; i < kRuns; ++i) {
+    logs.push_back(run(kSeed + i, 0.0));
+    logs.back().values.col(1 + kTyre).setZero(); // of which nothing is said
+  }
+  assert_true(rim::train(logs, {}).warnings.empty());
+  for (rim::Log &log : logs)
+    log.values.col(1 + kPressure) *= 1e-14;
+  const std::vector<std::string> warnings = rim::train(logs, {}).warnings;
+  assert_int_equal(warnings.size(), 1);
+  assert_int_equal(warnings[0].rfind("s.press_kPa is nowhere farther from 0 than ", 0), 0);
+}
+
 } // namespace
 
 int main() {
@@ -166,6 +181,7 @@ int main() {
                               cmocka_unit_test(a_reading_that_stays_is_watched),
                               cmocka_unit_test(the_unit_of_a_command_changes_nothing),
                               cmocka_unit_test(a_command_of_large_numbers_makes_no_false_alarms),
+                              cmocka_unit_test(numbers_of_rounding_errors_are_told),
                               cmocka_unit_test(what_says_nothing_of_any_outcome_is_stale)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
