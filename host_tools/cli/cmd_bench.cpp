@@ -90,9 +90,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 // The best of some repetitions: what the machine can do when nobody else wants it.
-void print_replay(std::vector<std::uint8_t> image, const std::string &name, const rim::Log &log) {
+void print_replay(rim::Replayer replayer, const rim::Log &log) {
   constexpr int kRepetitions = 5;
-  rim::Replayer replayer(std::move(image), name);
   double best_s = 1e300;
   rim::ReplayedLog result;
   for (int i = 0; i < kRepetitions; ++i) {
@@ -101,10 +100,11 @@ void print_replay(std::vector<std::uint8_t> image, const std::string &name, cons
     best_s = std::min(best_s, seconds_since(start));
   }
   std::printf(
-      "Replay of %s: %u rows in %.3f s (best of %d), %.2f us per row, %.0f times real time; "
+      "Replay of %s: %u %s in %.3f s (best of %d), %.2f us per row, %.0f times real time; "
       "RAM of the monitor %.1f kB\n",
-      log.path.c_str(), result.rows, best_s, kRepetitions, 1e6 * best_s / result.rows,
-      result.duration_s / best_s, static_cast<double>(replayer.monitor().bytes()) / 1000.0);
+      log.path.c_str(), result.rows, result.rows == 1 ? "row" : "rows", best_s, kRepetitions,
+      1e6 * best_s / result.rows, result.duration_s / best_s,
+      static_cast<double>(replayer.monitor().bytes()) / 1000.0);
 }
 
 void bench_lander(std::size_t runs) {
@@ -124,7 +124,8 @@ void bench_lander(std::size_t runs) {
   std::printf("Training on %zu runs, %zu rows, %zu columns: %.1f s on %zu threads, %.2f GB\n", runs,
               rows, training.plan.layout.features(), training_s, rim::parallel_threads(),
               static_cast<double>(usage.ru_maxrss) / 1048576.0);
-  print_replay(rim::make_image(training.plan), "lander", rim::world::lander_log(params, {}, 2, 1));
+  print_replay(rim::Replayer(rim::make_image(training.plan), "lander"),
+               rim::world::lander_log(params, {}, 2, 1));
 }
 
 int cmd_bench(int argc, char **argv) {
@@ -153,8 +154,10 @@ int cmd_bench(int argc, char **argv) {
     return rim::EXIT_FINE;
   if (!o.replay.empty()) {
     const std::string bytes = rim::read_file(o.replay[0]);
-    print_replay(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), o.replay[0],
-                 rim::read_log(o.replay[1]));
+    rim::Replayer replayer({bytes.begin(), bytes.end()}, o.replay[0]);
+    const rim::Log log =
+        rim::read_log(o.replay[1], nullptr, replayer.read_options(o.replay[0]));
+    print_replay(std::move(replayer), log);
     return rim::EXIT_FINE;
   }
   if (!o.external_table.empty()) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // rim check: would the monitor understand these logs.
-#include "bus/can_table.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "log/log.hpp"
@@ -29,10 +28,8 @@ struct Options {
 
 rim::Log read_one(const std::string &path, const rim::Schema *schema, const rim::Replayer &replayer,
                   const Options &o) {
-  rim::ReadOptions options;
+  rim::ReadOptions options = replayer.read_options(o.model);
   options.skip_bad_time = true; // counted, like the monitor does
-  options.observation_names = replayer.layout().feature_names;
-  options.can = rim::can_reading(replayer.monitor().image(), o.model);
   return rim::read_log(path, schema, options);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // rim replay: the onboard monitor over logs, deterministically.
-#include "bus/can_table.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "diagnose/apply_extension.hpp"
@@ -220,15 +219,11 @@ rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs,
   return rim::Replayer(made.image, "calibration");
 }
 
-// Logs of LCM events and of CAN frames need what the image carries.
 rim::ReadOptions read_options(const Options &o, const rim::Replayer *replayer) {
   rim::ReadOptions options;
+  if (replayer != nullptr)
+    options = replayer->read_options(o.model);
   options.skip_bad_time = o.skip_bad_time;
-  if (replayer != nullptr) {
-    const rim_image &image = replayer->monitor().image();
-    options.observation_names = replayer->layout().feature_names;
-    options.can = rim::can_reading(image, o.model);
-  }
   return options;
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/crc.h"
 #include "base/real.h"
+#include "bus/can_table.hpp"
 #include "bus/sentence.hpp"
 #include "monitor/inspect.h"
 #include "rim/image.h"
@@ -153,6 +154,13 @@ void Found::add(const rim_alarm &record) {
 Replayer::Replayer(std::vector<std::uint8_t> image, const std::string &name)
     : monitor_(std::move(image), name), layout_(layout_of_image(monitor_.image())),
       names_(names_of_image(monitor_.image(), name)), digest_(RIM_DIGEST_START) {}
+
+ReadOptions Replayer::read_options(const std::string &name) const {
+  ReadOptions options;
+  options.observation_names = layout_.feature_names;
+  options.can = can_reading(monitor_.image(), name);
+  return options;
+}
 
 ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const Watcher &watch) {
   const ExternalRows rows = rows_for(log, layout_);

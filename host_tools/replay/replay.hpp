@@ -76,6 +76,10 @@ public:
   // missing; further features are left out with one warning. Cost: rim_monitor_step() per row.
   ReplayedLog replay(const Log &log, const ReplayOptions &options, const Watcher &watch = nullptr);
 
+  // To read a log for this image: logs of LCM events and of CAN frames need what it carries. name:
+  // of the image, for messages.
+  ReadOptions read_options(const std::string &name) const;
+
   std::uint64_t digest() const { return digest_; } // over all verdicts of all logs so far
   const Layout &layout() const { return layout_; }
   const Names &names() const { return names_; }

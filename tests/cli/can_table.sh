@@ -77,6 +77,7 @@ contains "found" "$out" "^log.candump: FOUND at t = "
 contains "every row" "$out" "rows: 600 used, 0 skipped"
 check "quietly" "" "$(cat err)"
 sed -e '100s/102#/102#00/' -e '200s/#/ /' -e '301s/101#.*/101#0000C07F00000000/' -e '5i (1700000000.1) can0 123#R' -e '6i (1700000000.1) can0 00000101#00' log.candump > bad.candump
+contains "its speed" "$("$RIM" bench --replay can.rim log.candump 2>&1)" "^Replay of log.candump: [0-9]* rows in "
 out=$("$RIM" replay --model can.rim bad.candump 2> err); check "a damaged one" 0 $?
 contains "damage is counted" "$(cat err)" "bad.candump: [2-9] frames or rows skipped, the first: line "
 err=$("$RIM" replay --model toy.rim log.candump 2>&1 > /dev/null); check "without a table" 3 $?
