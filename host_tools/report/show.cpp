@@ -27,6 +27,11 @@ struct Draft {
   operator Shown() const { return {json_text(json, 1) + "\n", text}; }
 };
 
+// "1 row", "2 rows"
+std::string counted(std::size_t n, const std::string &what) {
+  return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+}
+
 Draft begin(const char *kind, const std::string &path) {
   Draft shown;
   shown.json["kind"] = kind;
@@ -102,10 +107,8 @@ std::string facts_text(const ImageFacts &facts) {
   text += fmt::format(
       "At most {:.3g} % of healthy runs raise any alarm ({}).\n", 100.0 * facts.promised_rate,
       facts.runs > 0 ? fmt::format("from {} runs", facts.runs) : std::string("from a table"));
-  text += fmt::format("An alarm is raised at score {:.4g}, held for {} block{}; below {:.4g} it "
-                      "ends.\n",
-                      facts.alarm_score, facts.persistence, facts.persistence == 1 ? "" : "s",
-                      facts.warn_score);
+  text += fmt::format("An alarm is raised at score {:.4g}, held for {}; below {:.4g} it ends.\n",
+                      facts.alarm_score, counted(facts.persistence, "block"), facts.warn_score);
   if (facts.layout.external)
     text += "Every row brings its own predictions: for each outcome z. also m., and sd. where "
             "there is one.\n";
@@ -177,8 +180,9 @@ Shown show_image_bytes(const std::vector<std::uint8_t> &image, const std::string
   const ImageFacts facts = facts_of_image(image, name);
   Draft shown = begin("image", name);
   shown.json.update(image_json(facts));
-  shown.text = fmt::format("{}: flight image {:08x}, {} features, {} outcomes\n", name,
-                           facts.model_id, facts.layout.features(), facts.layout.outcomes()) +
+  shown.text = fmt::format("{}: flight image {:08x}, {}, {}\n", name, facts.model_id,
+                           counted(facts.layout.features(), "feature"),
+                           counted(facts.layout.outcomes(), "outcome")) +
                facts_text(facts) + columns_text(facts);
   return shown;
 }
@@ -211,7 +215,9 @@ Shown show_alarms(const std::string &path) {
     records.push_back(record);
   }
   shown.text =
-      fmt::format("{}: {} records, {} alarms raised\n", path, records.size(), raised) + shown.text;
+      fmt::format("{}: {}, {} raised\n", path, counted(records.size(), "record"),
+                           counted(raised, "alarm")) +
+               shown.text;
   shown.json["raised"] = raised;
   shown.json["records"] = records;
   return shown;
@@ -224,8 +230,9 @@ Shown show_diagnosis(const std::string &path) {
   Draft shown = begin("diagnosis", path);
   shown.json.update(file);
   const Json findings = value_of(file, "findings", Json(Json::array()));
-  shown.text = fmt::format("{}: the simulation is {}; {} findings\n", path,
-                           value_of<std::string>(file, "verdict", "not judged"), findings.size());
+  shown.text = fmt::format("{}: the simulation is {}; {}\n", path,
+                           value_of<std::string>(file, "verdict", "not judged"),
+                           counted(findings.size(), "finding"));
   std::size_t number = 0;
   for (const Json &finding : findings)
     shown.text += fmt::format("{}. {}\n   ln anom {:.1f}, p {:.2g}\n", ++number,
@@ -267,7 +274,7 @@ Shown show_extension(const std::string &path) {
                       p["value"].get<double>(), p["unit"].get<std::string>().empty() ? "" : " ",
                       p["unit"].get<std::string>(), p["stderr"].get<double>());
   }
-  shown.text = fmt::format("{}: {} terms\n", path, terms.size()) + shown.text;
+  shown.text = fmt::format("{}: {}\n", path, counted(terms.size(), "term")) + shown.text;
   shown.json["terms"] = terms;
   return shown;
 }
@@ -306,10 +313,10 @@ Shown show_log(const Log &log) {
   const std::string span =
       std::abs(end_s) < 1e6 ? fmt::format("t = {:.6g} to {:.6g} s", begin_s, end_s)
                             : fmt::format("{:.6g} s from t = {:.3f} s", end_s - begin_s, begin_s);
-  shown.text = fmt::format("{}: {} rows, {} skipped, {} left out by the schema, {}, {:.4g} Hz, "
-                           "{} gaps\n",
-                           log.path, log.rows_in_file, log.rows_skipped, log.rows_filtered, span,
-                           period > 0.0 ? 1.0 / period : 0.0, gaps) +
+  shown.text = fmt::format("{}: {}, {} skipped, {} left out by the schema, {}, {:.4g} Hz, {}\n",
+                           log.path, counted(log.rows_in_file, "row"), log.rows_skipped,
+                           log.rows_filtered, span, period > 0.0 ? 1.0 / period : 0.0,
+                           counted(gaps, "gap")) +
                table.text();
   return shown;
 }

@@ -53,6 +53,7 @@ contains "carriage returns alone: proposed" "$("$RIM" schema old.csv)" "used as 
 { awk 'BEGIN {for (i = 0; i < 300; i++) print "# a comment before it"}'; sed '50s/,[^,]*$/,1\x002/' a.csv; } > zero.csv
 refuse "a zero byte in a number" "zero.csv:row 49: column 's.speed_mps': '1�2' is not a number; .* (line 350 of the file)" show zero.csv
 noise 51 500 > noise.xyz; refuse "no format" "noise.xyz: is of no format that is known here: CSV, ULog" show noise.xyz
+head -2 a.csv > one.csv; contains "one of them" "$("$RIM" show one.csv)" "^one.csv: 1 row, 0 skipped, .* 0 gaps$"
 refuse "no such file" "none.csv: cannot read" show none.csv
 RIM_PYTHON=/nowhere/python refuse "no Python" "noise.xyz: its reader needs /nowhere/python" show noise.xyz
 
