@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
 namespace rim {
 
 namespace {
@@ -96,8 +98,13 @@ void resample(Log &log, const Schema &schema) {
   std::vector<Eigen::VectorXd> values;
   std::size_t before = 0;
   // The grid is by index, not by accumulation, so that it has no drift.
-  const auto steps =
-      static_cast<std::size_t>((source.t_s.back() - source.t_s.front()) / period_s + 1e-9);
+  const auto steps_to = [&](double at) { return (at - source.t_s.front()) / period_s + 1e-9; };
+  constexpr double kMostSteps = 1e15;
+  if (!(steps_to(source.t_s.back()) < kMostSteps))
+    throw DataError(fmt::format("{}: its time goes over {:.3g} s: too long for a grid of {:g} Hz",
+                                log.path, source.t_s.back() - source.t_s.front(),
+                                schema.resample_hz));
+  const auto steps = static_cast<std::size_t>(steps_to(source.t_s.back()));
   for (std::size_t i = 0; i <= steps; ++i) {
     const double now_s = source.t_s.front() + static_cast<double>(i) * period_s;
     while (before + 1 < source.t_s.size() && source.t_s[before + 1] <= now_s + 1e-9)
@@ -105,8 +112,10 @@ void resample(Log &log, const Schema &schema) {
     const bool last = before + 1 == source.t_s.size();
     const double gap_s = last ? 0.0 : source.t_s[before + 1] - source.t_s[before];
     const bool exact = now_s - source.t_s[before] <= 1e-9;
-    if (gap_s > max_gap_s && !exact)
+    if (gap_s > max_gap_s && !exact) { // which lasts years where a clock was set
+      i = std::max(i + 1, static_cast<std::size_t>(steps_to(source.t_s[before + 1]))) - 1;
       continue;
+    }
     Eigen::VectorXd now = source.values.row(static_cast<Eigen::Index>(before));
     if (schema.resample_linear && !last && !exact) {
       const double part = (now_s - source.t_s[before]) / gap_s;

@@ -258,6 +258,18 @@ void rows_are_put_on_a_grid_but_not_into_gaps(void **) {
   assert_true(std::fabs(line.values(1, 0) - 10.0) < 1e-9 &&
               std::fabs(line.values(4, 0) - 105.0) < 1e-9);
   assert_int_equal(held.row[4], 4);
+  // Years in which the clock was set cost no time, and a grid without end is refused.
+  const auto set =
+      read(write("i.csv", "t_s,s.a\n1,0\n1.16,16\n1700000001.04,30\n1700000001.17,40\n"), nullptr,
+           &hold);
+  assert_int_equal(set.t_s.size(), 3); // 1 1.1 | 1700000001.1
+  assert_true(set.values(2, 0) == 30.0 && std::fabs(set.t_s[2] - 1700000001.1) < 1e-6);
+  try {
+    read(write("i.csv", "t_s,s.a\n1,0\n1e300,16\n"), nullptr, &hold);
+    fail_msg("a grid of 1e301 rows");
+  } catch (const rim::DataError &e) {
+    assert_contains(e.what(), "i.csv: its time goes over 1e+300 s: too long for a grid of 10 Hz");
+  }
 }
 
 void a_wrong_schema_is_refused_with_its_line(void **) {
