@@ -37,6 +37,7 @@ void PlanSession::take(const std::string &text, unsigned long long row) {
 }
 
 void PlanSession::take(const rim_observation_message &message) {
+  const std::string where = fmt::format("RIM_OBSERVATION {}", message.sequence);
   try {
     const std::size_t states = planner_.states();
     if (message.count != states && message.count != states + 1)
@@ -44,14 +45,18 @@ void PlanSession::take(const rim_observation_message &message) {
           fmt::format("{} numbers instead of {} or {}", message.count, states, states + 1));
     PlanLine line;
     line.reward = message.count > states ? message.value[states] : std::nan("");
-    if (!std::isnan(line.reward))
-      reward(line);
+    try {
+      if (!std::isnan(line.reward))
+        reward(line);
+    } catch (const DataError &e) { // the state is answered all the same
+      refuse(where, e.what());
+    }
     line.id = std::to_string(message.sequence);
     line.request.state.assign(message.value, message.value + states);
     answer(line);
     ++used_;
   } catch (const DataError &e) {
-    refuse(fmt::format("RIM_OBSERVATION {}", message.sequence), e.what());
+    refuse(where, e.what());
   }
 }
 

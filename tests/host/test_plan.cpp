@@ -6,11 +6,13 @@
 #include "plan/planner.hpp"
 #include "util/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -93,8 +95,9 @@ void nan_reward_is_refused(void **) {
   assert_int_equal(rim_bandit_get_counters(planner.bandit()).refused, 1);
 }
 
-// States and rewards as RIM_OBSERVATION, from a recording; one answer each, the misfit counted.
-void states_come_over_lcm(void **) {
+// What `rim plan` says to 12 states and rewards as RIM_OBSERVATION, from a recording; `change` may
+// make each another.
+std::vector<std::string> said_over_lcm(void (*change)(rim_observation_message *)) {
   const char *program = std::getenv("RIM");
   if (program == nullptr)
     skip();
@@ -107,9 +110,10 @@ void states_come_over_lcm(void **) {
       rim_observation_message o{};
       o.sequence = i;
       o.t_us = i;
-      o.count = i == 5 ? 4 : 2;
+      o.count = 2;
       o.value[0] = 0.05 * i;
-      o.value[1] = i == 0 ? std::nan("") : 1.0;
+      o.value[1] = 1.0;
+      change(&o);
       bus.publish(o);
     }
   }
@@ -119,16 +123,40 @@ void states_come_over_lcm(void **) {
   std::FILE *pipe = popen(command.c_str(), "r");
   assert_non_null(pipe);
   char text[512];
-  int answers = 0, misfits = 0;
-  while (std::fgets(text, sizeof text, pipe) != nullptr) {
-    answers += std::strncmp(text, "{\"id\":", 6) == 0;
-    misfits += std::strstr(text, "RIM_OBSERVATION 5: 4 numbers instead of 1 or 2") != nullptr;
-  }
+  std::vector<std::string> said;
+  while (std::fgets(text, sizeof text, pipe) != nullptr)
+    said.emplace_back(text);
   assert_int_equal(pclose(pipe), 0);
-  assert_int_equal(answers, 11);
-  assert_int_equal(misfits, 1);
   (void)std::remove(log.c_str());
   (void)std::remove(folder);
+  return said;
+}
+
+std::ptrdiff_t count_of(const std::vector<std::string> &lines, const char *words) {
+  return std::count_if(lines.begin(), lines.end(), [&](const std::string &line) {
+    return line.find(words) != std::string::npos;
+  });
+}
+
+// One answer each, the misfit counted.
+void states_come_over_lcm(void **) {
+  const auto said = said_over_lcm([](rim_observation_message *o) {
+    o->count = o->sequence == 5 ? 4 : 2;
+    o->value[1] = o->sequence == 0 ? std::nan("") : 1.0;
+  });
+  assert_int_equal(count_of(said, "{\"id\":"), 11);
+  assert_int_equal(count_of(said, "RIM_OBSERVATION 5: 4 numbers instead of 1 or 2"), 1);
+}
+
+// A robot that always sends a reward: the first, and the one behind a state of which nothing can be
+// said, are for no answer. The states are answered.
+void a_reward_too_many_keeps_no_state_from_its_answer(void **) {
+  const auto said = said_over_lcm([](rim_observation_message *o) {
+    o->value[0] = o->sequence == 5 ? std::nan("") : o->value[0];
+  });
+  assert_int_equal(count_of(said, "{\"id\":"), 12);
+  assert_int_equal(count_of(said, "no answer waits for it"), 2);
+  assert_int_equal(count_of(said, "plan: 11 answers, 10 rewards, "), 1);
 }
 
 } // namespace
@@ -140,6 +168,7 @@ int main() {
       cmocka_unit_test(a_wrong_configuration_is_a_usage_error),
       cmocka_unit_test(nan_reward_is_refused),
       cmocka_unit_test(states_come_over_lcm),
+      cmocka_unit_test(a_reward_too_many_keeps_no_state_from_its_answer),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
