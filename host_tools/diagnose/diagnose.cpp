@@ -37,6 +37,7 @@ constexpr std::size_t kMostNull = 64, kLeastNull = 6;
 // The law is fitted to a first look at each simulated residual; the real one is looked at more
 // often (swaps, ellipses), so a tenth of what is allowed is asked of it.
 constexpr double kStrict = 0.1;
+constexpr double kLeastP = 1e-12; // no law's tail is believed further
 
 std::size_t most_searched(const Measured &measured) {
   const std::size_t cells = measured.features.size() * measured.channels.size();
@@ -47,6 +48,7 @@ std::size_t most_searched(const Measured &measured) {
 // Nats that a term needs to enter a model, and to be claimed in the end.
 struct Thresholds {
   double enter = 0.0, keep = 0.0;
+  double most_p = 0.0; // chance that noise is taken for what swings with the time
 };
 
 std::vector<Term> terms_of(const ChannelFindings &found) {
@@ -77,6 +79,7 @@ SearchOptions search_options(const Thresholds &threshold, const Catalogue &catal
   SearchOptions options;
   options.threshold = threshold.enter;
   options.least = threshold.keep;
+  options.most_p = threshold.most_p;
   options.held = held;
   options.catalogue = &catalogue;
   return options;
@@ -107,7 +110,10 @@ Finding mean_finding(const Member &member, const Claim &claim, const std::vector
   f.term = member.term;
   f.given = member.is_given;
   f.ln_anom = claim.ln_anom;
-  f.p_value = null.p_value(claim.score);
+  f.p_value =
+      is_swing(member.term) && !member.is_given
+          ? std::clamp(member.p_value * static_cast<double>(measured.channels.size()), kLeastP, 1.0)
+          : null.p_value(claim.score);
   f.heldout_r2 = claim.heldout_r2;
   f.alternatives = claim.alternatives;
   f.separable = claim.is_separable;
@@ -195,18 +201,29 @@ Measured select(const Measured &measured, const std::vector<std::uint8_t> &fold_
   return out;
 }
 
-// Whole logs where there are several, else stretches of the one.
-std::vector<std::uint8_t> folds_of(const Measured &measured, int *folds) {
+// Whole logs where there are several, unless asked otherwise; else stretches of each.
+std::vector<std::uint8_t> folds_of(const Measured &measured, bool is_within, int *folds) {
   std::vector<std::uint8_t> fold(measured.rows());
   const std::size_t logs = measured.logs.size();
-  *folds = static_cast<int>(logs >= 2 ? std::min(logs, kMostFolds) : 4);
+  const bool by_log = logs >= 2 && !is_within;
+  *folds = static_cast<int>(by_log ? std::min(logs, kMostFolds) : 4);
   for (std::size_t l = 0; l < logs; ++l) {
     for (std::size_t r = 0; r < measured.logs[l].rows; ++r)
       fold[measured.logs[l].first + r] = static_cast<std::uint8_t>(
-          logs >= 2 ? l % static_cast<std::size_t>(*folds)
-                    : r * static_cast<std::size_t>(*folds) / measured.logs[l].rows);
+          by_log ? l % static_cast<std::size_t>(*folds)
+                 : r * static_cast<std::size_t>(*folds) / measured.logs[l].rows);
   }
   return fold;
+}
+
+// Whether something swings in a phase that is each log's own: what a log that was left out has is
+// not known, and only stretches of the same log tell whether it holds.
+bool any_own_phase(const std::vector<ChannelFindings> &found) {
+  return std::any_of(found.begin(), found.end(), [](const ChannelFindings &of_channel) {
+    return std::any_of(of_channel.members.begin(), of_channel.members.end(), [](const Member &m) {
+      return is_swing(m.term) && !m.is_given && !m.term.logs.empty();
+    });
+  });
 }
 
 // Another log is predicted with none of a size that differs between the logs.
@@ -248,6 +265,7 @@ private:
   const Measured &measured_;
   const Options &options_;
   Thresholds threshold_;
+  bool is_within_ = false; // the logs: folds are stretches of each
   std::vector<Judged> one_step_, horizon_;
 };
 
@@ -259,7 +277,10 @@ std::vector<Gain> Gains::summary() const {
   const bool is_held_out = !options_.holdout.empty();
   std::vector<Gain> gains;
   for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
-    const std::string data = is_held_out ? "held-out logs" : "cross-validated";
+    const bool is_within = is_within_ && measured_.logs.size() > 1;
+    const std::string data = is_held_out ? "held-out logs"
+                             : is_within ? "cross-validated within logs"
+                                         : "cross-validated";
     for (const Judged *judged : {&one_step_[c], &horizon_[c]}) {
       const auto some =
           summarise(*judged, measured_.channels[c],
@@ -310,7 +331,8 @@ struct Rest {
 
 void Gains::cross_validate(std::vector<ChannelFindings> *found) {
   int folds = 0;
-  const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
+  is_within_ = any_own_phase(*found);
+  const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, is_within_, &folds);
   const std::size_t channels = measured_.channels.size();
   std::vector<Rest> rests(static_cast<std::size_t>(folds));
   std::vector<std::vector<Term>> terms(rests.size() * channels);
@@ -340,7 +362,8 @@ void Gains::cross_validate(std::vector<ChannelFindings> *found) {
     }
   });
   judge_folds(fold_of_row, terms);
-  if (measured_.logs.size() > 2) // else a fold knows one log, and not that sizes differ
+  // Else a fold knows one log, and not that sizes differ.
+  if (measured_.logs.size() > 2 && !is_within_)
     keep_from_others(fold_of_row, found, &terms);
 }
 
@@ -575,7 +598,26 @@ void add_learnt(const Measured &measured, const std::vector<Log> &holdout,
   }
 }
 
+// Which of what swings has a period that goes a whole number of times into that of another.
+void find_harmonics(std::vector<Finding> *findings) {
+  constexpr double kErrors = 3.0, kMostHarmonic = 9.0;
+  for (Finding &f : *findings) {
+    for (const Finding &first : *findings) {
+      if (!is_swing(f.term) || !is_swing(first.term) || f.term.channel != first.term.channel ||
+          f.term.logs != first.term.logs || f.given || first.given)
+        continue;
+      const Parameter &period = f.term.shape[0], &whole = first.term.shape[0];
+      const double times = whole.value / period.value, nearest = std::round(times);
+      const double error =
+          times * std::hypot(whole.stderror / whole.value, period.stderror / period.value);
+      if (nearest >= 2.0 && nearest <= kMostHarmonic && std::abs(times - nearest) < kErrors * error)
+        f.harmonic = static_cast<int>(nearest);
+    }
+  }
+}
+
 void put_in_words(const Measured &measured, Diagnosis *diagnosis) {
+  find_harmonics(&diagnosis->findings);
   for (std::size_t i = 0; i < diagnosis->findings.size(); ++i) {
     Finding &f = diagnosis->findings[i];
     f.number = static_cast<int>(i) + 1;
@@ -614,7 +656,8 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   const Null null = simulate_null(few, options.catalogue, runs, options.seed, &libraries);
   const Thresholds threshold{
       std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm)),
-      std::max(kLeastThreshold, null.threshold(options.false_alarm))};
+      std::max(kLeastThreshold, null.threshold(options.false_alarm)),
+      kStrict * options.false_alarm / static_cast<double>(measured.channels.size())};
   std::vector<ChannelFindings> found = search_all(measured, few, libraries, options, threshold);
   libraries.clear();
   Gains gains(measured, options, threshold);

@@ -46,6 +46,7 @@ struct Finding {
   bool separable = true;
   std::vector<std::uint8_t> acts; // per row: the effect exceeds .1 sd (or the row is flagged)
   std::vector<Learnt> learnt;     // of a law that goes on beyond; empty: it does not
+  int harmonic = 0;               // of what swings: of another finding; 0: it is none
   bool given = false;             // it came with --extension and was not searched for
 };
 

@@ -123,6 +123,9 @@ std::string term_toml(const Term &term) {
   const std::string where = gate_text(term.gate);
   std::string out = "\n" + comment(term.channel + ": " + expression_text(term) +
                                    (where.empty() ? "" : ", in " + where));
+  if (is_swing(term) && !term.logs.empty())
+    out += "# Amplitude and period hold for other logs, the phase does not: nothing is added there,"
+           "\n# but the standard deviation of the prediction is wider by what it swings.\n";
   out += fmt::format("[[term]]\nchannel = {}\ncause = {}\nform = {}\nkind = \"{}\"\n",
                      quoted(term.channel), quoted(term.cause), quoted(term.form),
                      kind_name(term.kind));
@@ -190,6 +193,7 @@ private:
                      const std::string &feature) const;
   void check_form(const Term &term) const;
   void check_delay(const Term &term) const;
+  void check_swing(const Term &term) const;
   void check_sizes(const Term &term) const;
   void check_expressions(const Term &term) const;
   void check_expression(const Term &term, const std::string &expression,
@@ -490,6 +494,23 @@ void TermReader::check_delay(const Term &term) const {
   }
 }
 
+void TermReader::check_swing(const Term &term) const {
+  if (term.shape.size() != 2 || term.shape[0].name != "period" || !(term.shape[0].value > 0.0) ||
+      term.shape[1].name != "phase")
+    fail(path_, *table_,
+         fmt::format("form '{}' needs two [[term.shape]], 'period', above 0, and 'phase'",
+                     term.form));
+  if (term.sizes.size() != 1)
+    fail(path_, *table_,
+         fmt::format("form '{}' needs one [[term.size]], its amplitude", term.form));
+  for (const Parameter *p : {&term.sizes[0], &term.shape[1]}) {
+    if (!p->per_log.empty() && p->per_log.size() != term.logs.size())
+      fail(path_, *table_,
+           fmt::format("form '{}': '{}' has {} values for {} logs", term.form, p->name,
+                       p->per_log.size(), term.logs.size()));
+  }
+}
+
 void TermReader::check_form(const Term &term) const {
   const toml::node *form = table_->get("form");
   const toml::node &at = form != nullptr ? *form : static_cast<const toml::node &>(*table_);
@@ -509,9 +530,11 @@ void TermReader::check_form(const Term &term) const {
   if (!is_built_in && term.basis.empty())
     fail(path_, at,
          fmt::format("unknown form '{}': it has no basis and is none of table, delay, "
-                     "delay_reading, lag, lag_command, lag_delay, backlash",
+                     "delay_reading, lag, lag_command, lag_delay, backlash, periodic_time",
                      term.form));
-  if (is_built_in && term.form != "table")
+  if (is_swing(term))
+    check_swing(term);
+  else if (is_built_in && term.form != "table")
     check_delay(term);
 }
 

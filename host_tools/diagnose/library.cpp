@@ -742,7 +742,7 @@ void Builder::add_gates() {
 
 Library Builder::build() {
   for (const Form &form : catalogue_.forms) {
-    if (form.kind != TermKind::mean)
+    if (form.kind != TermKind::mean || form.form == kPeriodicTime) // ChannelSearch::find_swings
       continue;
     if (form.arguments.size() == 1 && form.arguments[0].role == ArgumentRole::lagged)
       add_lagged(form);

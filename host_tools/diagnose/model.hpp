@@ -35,6 +35,9 @@ struct Member {
   // Where they are not the candidate's.
   std::vector<std::string> size_names{}, size_units{};
   double penalty = 0.0;
+  // Of what is periodic in time: what noise takes off at its frequency, and the chance that noise
+  // takes off as much as it does at any.
+  double background = 0.0, p_value = 1.0;
   std::vector<double> part_penalty{}; // of a formula: each product's share
 };
 

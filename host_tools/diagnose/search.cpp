@@ -352,7 +352,7 @@ void ChannelSearch::take_noise(const NoiseState &state) {
 void ChannelSearch::join_forms() {
   std::vector<Member> kept;
   for (const Member &member : out_.members) {
-    if (member.is_given || !member.term.gate.everywhere())
+    if (member.is_given || is_swing(member.term) || !member.term.gate.everywhere())
       kept.push_back(member);
   }
   join_forms_beside(std::move(kept));
@@ -396,7 +396,8 @@ bool ChannelSearch::swap_terms() {
   const double loss = fit_members(y_, out_.members, out_.noise).loss;
   double now = loss;
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
-    if (out_.members[j].is_given || out_.members[j].differs || out_.members.size() == 1)
+    if (out_.members[j].is_given || is_swing(out_.members[j].term) || out_.members[j].differs ||
+        out_.members.size() == 1)
       continue;
     const std::vector<Member> others = without(j);
     const Fit fit = fit_members(y_, others, out_.noise);
@@ -435,7 +436,7 @@ void ChannelSearch::drop_terms() {
     std::size_t worst = 0;
     double least = options_.threshold;
     for (std::size_t j = 0; j < out_.members.size(); ++j) {
-      if (out_.members[j].is_given)
+      if (out_.members[j].is_given || is_swing(out_.members[j].term))
         continue;
       const double less = fit_members(y_, without(j), out_.noise).loss,
                    gain = (less - loss) / out_.noise.divisor();
@@ -491,6 +492,13 @@ void ChannelSearch::fill_sizes() {
     Term &term = member.term;
     if (member.is_given)
       continue;
+    if (is_swing(term)) {
+      const Index columns = member.h.cols();
+      set_swing(out_.fit.beta.segment(at, columns),
+                out_.fit.covariance.block(at, at, columns, columns), member.background, &term);
+      at += columns;
+      continue;
+    }
     term.sizes.clear();
     if (member.differs) {
       term.sizes = {mixed_size(at, member)};
@@ -626,6 +634,7 @@ void ChannelSearch::prepare(const std::vector<Term> &given) {
     member.h = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
     out_.members.push_back(member);
   }
+  out_.members.insert(out_.members.end(), swings_.begin(), swings_.end());
   weigh();
 }
 
@@ -718,6 +727,7 @@ void ChannelSearch::find_members(const Allowed &allowed) {
 ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   prepare(given);
   find_beside_start(given);
+  find_swings(given);
   limit_hinges();
   for (int round = 0; round < 3; ++round)
     smooth_unknowns();
@@ -726,6 +736,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   drop_unconfirmed();
   drop_regions_of_noise();
   drop_feigned_by_steps();
+  part_phases();
   drop_contradicted();
   name_parts();
   estimate_noise();

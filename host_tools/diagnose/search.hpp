@@ -19,6 +19,7 @@
 #include "diagnose/flagged.hpp"
 #include "diagnose/scan.hpp"
 #include "diagnose/sets.hpp"
+#include "diagnose/swing.hpp"
 
 namespace rim::diagnose {
 
@@ -27,7 +28,8 @@ struct SearchOptions {
   double least = 3.0;                   // that it must keep in the joint model to be claimed
   const Measured *held = nullptr;       // logs that are judged but not fitted
   std::size_t most_terms = 6;           // a channel
-  const Catalogue *catalogue = nullptr; // for the search behind a delay
+  const Catalogue *catalogue = nullptr; // for the search behind a delay, and what swings
+  double most_p = 0.0; // chance with which noise may be taken for what swings with the time
 };
 
 // Viscous friction that grows less than with the speed, made of two forms that were found.
@@ -161,6 +163,23 @@ private:
   bool is_level_of_noise() const;
   double alternation(const Vector &left) const;
   void find_beside_start(const std::vector<Term> &given);
+  struct Whole { // the table of all rows
+    const Measured &table;
+    const Channel &channel;
+    Vector y, used;
+  };
+  Whole whole_table() const;
+  Fit fit_on(const Whole &whole, const std::vector<Member> &members, Vector *of_last) const;
+  Member swing_member(const Swing &swing, bool is_shared) const;
+  Member swing_beside(const Whole &whole, const std::vector<Member> &others) const;
+  void sharpen(const Whole &whole, const std::vector<Member> &others, Member *swing) const;
+  void share_phase(const Whole &whole, const std::vector<Member> &others, Member *swing) const;
+  void part_phases();
+  bool is_of_form(const Member &swing) const;
+  bool is_of_feature(const Whole &whole, const Member &swing) const;
+  bool says_more_than_found(const Member &swing) const;
+  bool add_swing(const Whole &whole, const std::vector<Term> &given);
+  void find_swings(const std::vector<Term> &given);
   Noise plain_noise() const;
   void refit_plain();
   std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain) const;
@@ -232,7 +251,8 @@ private:
   double heldout_r2_of(const std::vector<Member> &members) const;
   void add_rival_expressions(const std::vector<Member> &others, const Fit &without,
                              Claim *claim) const;
-  void judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const;
+  void judge_parts(const std::vector<Part> &parts, bool by_log, double divisor,
+                   Claim *claim) const;
   void fill_sizes();
   void bend_friction();
   void add_unrefined();
@@ -247,6 +267,7 @@ private:
   std::unique_ptr<Scanner> scanner_;
   Products products_;           // of the library's columns
   Vector measured_rows_;        // 1, or 0 where flagged
+  std::vector<Member> swings_;  // found already: every search begins with them
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
   Allowed allowed_;
   ChannelFindings out_;

@@ -445,6 +445,7 @@ ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &n
   }
   const Library library = make_library(late, moved, *options_.catalogue, false);
   ChannelSearch second(late, moved, library, options);
+  second.swings_ = swings_;
   second.prepare({});
   second.find_members({false, allowed_.levels});
   for (int round = 0; round < 3; ++round)

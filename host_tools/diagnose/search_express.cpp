@@ -139,8 +139,9 @@ bool ChannelSearch::is_law(const Member &m) const {
 
 bool ChannelSearch::are_laws() const {
   return !has_opposites() &&
-         std::all_of(out_.members.begin(), out_.members.end(),
-                     [this](const Member &m) { return m.is_given || is_law(m); });
+         std::all_of(out_.members.begin(), out_.members.end(), [this](const Member &m) {
+           return m.is_given || is_swing(m.term) || is_law(m);
+         });
 }
 
 // Whether what was found may be the likeness of something else: it is no law of physics, or
@@ -242,7 +243,7 @@ std::vector<std::vector<Member>> ChannelSearch::formula_alone() const {
   std::vector<Member> all;
   std::size_t formula = out_.members.size();
   for (const Member &m : out_.members) {
-    if (m.is_given || !m.term.gate.everywhere() || !m.part_penalty.empty())
+    if (m.is_given || is_swing(m.term) || !m.term.gate.everywhere() || !m.part_penalty.empty())
       all.push_back(m);
     if (!m.is_given && !m.part_penalty.empty())
       formula = all.size() - 1;

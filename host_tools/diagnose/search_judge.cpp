@@ -158,7 +158,8 @@ double ChannelSearch::heldout_r2_of(const std::vector<Member> &members) const {
 
 // Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
 // turn where the term acts in several of at least three logs, every second block otherwise. So too
-// where a term has a size of its own in every log: that of a log which was not fitted is unknown.
+// where a term has a size, or a phase, of its own in every log: that of a log which was not fitted
+// is unknown.
 void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   const Member &member = out_.members[which];
   const Vector acts = member.h.rowwise().squaredNorm();
@@ -166,8 +167,10 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   for (const LogSpan &log : measured_.logs)
     most = std::max(
         most, acts.segment(static_cast<Index>(log.first), static_cast<Index>(log.rows)).sum());
-  const bool any_differs = std::any_of(out_.members.begin(), out_.members.end(),
-                                       [](const Member &m) { return m.differs; });
+  const bool any_differs =
+      std::any_of(out_.members.begin(), out_.members.end(), [](const Member &m) {
+        return m.differs || (is_swing(m.term) && !m.term.logs.empty());
+      });
   const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum() && !any_differs;
   const std::size_t folds = by_log ? measured_.logs.size() : 2;
   std::vector<Part> parts(measured_.logs.size() * kBlocks);
@@ -193,10 +196,12 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
       part.acts += acts(k);
     });
   }
-  judge_parts(parts, by_log, claim);
+  judge_parts(parts, by_log, is_swing(member.term) ? member.background : out_.noise.divisor(),
+              claim);
 }
 
-void ChannelSearch::judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const {
+void ChannelSearch::judge_parts(const std::vector<Part> &parts, bool by_log, double divisor,
+                                Claim *claim) const {
   double with = 0.0, less = 0.0, acts = 0.0, most_gained = 0.0, touched = 0.0, better = 0.0;
   for (const Part &part : parts) {
     with += part.with;
@@ -211,7 +216,6 @@ void ChannelSearch::judge_parts(const std::vector<Part> &parts, bool by_log, Cla
     better += part.with < part.less ? 1.0 : 0.0;
   }
   // Of logs: not by the merit of one alone.
-  const double divisor = out_.noise.divisor();
   claim->heldout_ln = (less - with - (by_log ? most_gained : 0.0)) / divisor;
   claim->heldout_r2 = less > 0.0 ? 1.0 - with / less : 0.0;
   claim->is_confirmed = claim->heldout_ln > kLeastHeldOut && claim->heldout_r2 > kLeastFall &&
@@ -224,7 +228,9 @@ void ChannelSearch::judge() {
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
     Claim claim;
     const std::vector<Member> others = without(j);
-    claim.ln_anom = (fit_members(y_, others, out_.noise).loss - loss) / out_.noise.divisor();
+    claim.ln_anom =
+        (fit_members(y_, others, out_.noise).loss - loss) /
+        (is_swing(out_.members[j].term) ? out_.members[j].background : out_.noise.divisor());
     claim.score = claim.ln_anom - out_.members[j].penalty;
     hold_out(j, &claim);
     const bool has_rivals =
@@ -253,6 +259,12 @@ std::vector<Term> ChannelSearch::sized(const std::vector<Member> &members) {
 // Takes a term out of the model and remembers it.
 void ChannelSearch::set_aside(std::size_t which, const std::string &reason) {
   Term term = sized(out_.members)[which];
+  swings_.erase(std::remove_if(swings_.begin(), swings_.end(),
+                               [&term](const Member &swing) {
+                                 return is_swing(term) &&
+                                        swing.term.shape[0].value == term.shape[0].value;
+                               }),
+                swings_.end());
   turn_sign(&term);
   out_.unconfirmed.push_back({term, reason});
   out_.members = without(which);
@@ -415,7 +427,7 @@ void ChannelSearch::shrink_to_held() {
     std::size_t next = now.size();
     double loss_of_next = 1e300;
     for (std::size_t j = 0; j < now.size(); ++j) {
-      if (now[j].is_given)
+      if (now[j].is_given || is_swing(now[j].term)) // no phase is known in another log
         continue;
       std::vector<Member> less = now;
       less.erase(less.begin() + static_cast<std::ptrdiff_t>(j));
@@ -594,7 +606,7 @@ namespace {
 // without a name in physics. So does a straight line with bends: were the bends dropped out there,
 // the line would go where nothing was seen.
 bool goes_on_by_itself(const Term &term) {
-  return term.form == "expression" ||
+  return term.form == "expression" || is_swing(term) ||
          (term.gate.everywhere() &&
           (term.cause == "coupling" || term.cause == "product" || term.cause == "hinge"));
 }

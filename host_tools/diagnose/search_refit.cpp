@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/mixed.hpp"
+#include "diagnose/swing.hpp"
 
 namespace rim::diagnose {
 
@@ -32,8 +33,9 @@ void set_columns(const Measured &whole, const Channel &channel, const Vector &m,
     member->h = mean_effect(term, whole, m).cwiseQuotient(channel.sd);
     return;
   }
-  const Eigen::MatrixXd columns =
-      term.form == "table" ? hats(term, whole, m) : basis_columns(term, whole, m);
+  const Eigen::MatrixXd columns = term.form == "table" ? hats(term, whole, m)
+                                  : is_swing(term)     ? swing_columns(term, whole)
+                                                       : basis_columns(term, whole, m);
   const Vector scale = gate_mask(term.gate, whole).cwiseQuotient(channel.sd);
   const Eigen::MatrixXd all = scale.asDiagonal() * columns;
   if (!member->differs) {
@@ -107,7 +109,13 @@ void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *fo
   for (Member &member : found->members) {
     if (member.is_fixed)
       continue;
-    take_sizes(found->fit, noise.scatter * std::sqrt(noise.spread_of_sizes), at, &member);
+    const Index columns = member.h.cols();
+    if (is_swing(member.term))
+      set_swing(found->fit.beta.segment(at, columns),
+                found->fit.covariance.block(at, at, columns, columns), member.background,
+                &member.term);
+    else
+      take_sizes(found->fit, noise.scatter * std::sqrt(noise.spread_of_sizes), at, &member);
     at += member.h.cols();
   }
   set_near_rest(&found->members);

@@ -228,7 +228,8 @@ void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
     find_members({false, allowed.levels});
   }
   for (int round = 0; round < kStartRounds; ++round) {
-    const bool is_plain = round == 0 && alternation(raw) < kAlternates;
+    // What swings within a few rows alternates too.
+    const bool is_plain = round == 0 && swings_.empty() && alternation(raw) < kAlternates;
     const Vector left = is_plain ? raw : left_beside_start(raw);
     if (alternation(left) >= kAlternates || !take_off_start(left)) {
       if (is_late && round == 0) {

@@ -72,7 +72,7 @@ std::string meaning(const Term &term, const Channel &channel) {
 }
 
 std::string differing_text(const Term &term) {
-  if (term.sizes.empty() || term.sizes[0].per_log.empty())
+  if (term.sizes.empty() || term.sizes[0].per_log.empty() || is_swing(term))
     return "";
   const Parameter &size = term.sizes[0];
   std::string each;
@@ -99,6 +99,41 @@ std::string by_speed_text(const Term &term) {
   const Parameter &by = term.shape[1];
   return std::string(by.value < 0.0 ? " and " : " less ") + with_unit(std::abs(by.value), by.unit) +
          " of " + plain_name(v->second) + (by.value < 0.0 ? " more" : "");
+}
+
+// "0.30 +- 0.01 A": as many decimals as the error has that mean something.
+std::string with_error(const Parameter &p) {
+  const std::string unit = p.unit.empty() ? "" : " " + p.unit;
+  if (!(p.stderror > 0.0))
+    return with_unit(p.value, p.unit);
+  const double decimals = std::max(0.0, -std::floor(std::log10(p.stderror)));
+  if (decimals > 6.0 || p.value >= 1e7)
+    return fmt::format("{:.4g} +- {:.1g}{}", p.value, p.stderror, unit);
+  return fmt::format("{0:.{2}f} +- {1:.{2}f}{3}", p.value, p.stderror, static_cast<int>(decimals),
+                     unit);
+}
+
+const char *ordinal_end(int n) { return n == 2 ? "nd" : n == 3 ? "rd" : "th"; }
+
+// What swings: by how much, how fast, and for which logs its phase is known.
+std::string swing_text(const Finding &finding) {
+  const Term &term = finding.term;
+  const Parameter &size = term.sizes.at(0), &period = term.shape.at(0);
+  std::string text = "swings by " + with_error(size) + " with a period of " + with_error(period) +
+                     ", which the simulation does not";
+  if (finding.harmonic > 1)
+    text += fmt::format(" (the {}{} harmonic of another finding)", finding.harmonic,
+                        ordinal_end(finding.harmonic));
+  if (!size.per_log.empty() && size.between_logs_sd > size.stderror) {
+    const auto [least, most] = std::minmax_element(size.per_log.begin(), size.per_log.end());
+    text += fmt::format("; by {:.3g} to {} in the logs", *least, with_unit(*most, size.unit));
+  }
+  if (term.logs.empty())
+    return text + "; every log begins it in the same phase";
+  return text +
+         (term.logs.size() > 1 ? "; the phase is each log's own"
+                               : "; the phase is that of this log") +
+         ", and is not known in another";
 }
 
 std::string effect_text(const Finding &finding, const Channel &channel) {
@@ -142,6 +177,8 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
     return fmt::format("does not answer until {:.4g}{} are predicted, and then by that much less{}",
                        term.shape[0].value, unit,
                        term.form == kDeadZoneBefore ? ", before it comes late" : "");
+  if (is_swing(term) && !term.sizes.empty() && !term.shape.empty())
+    return swing_text(finding);
   if (term.form == "table")
     return "departs smoothly with " + plain_name(term.arguments.begin()->second) +
            " in a way that no cause of the catalogue explains";
@@ -238,7 +275,7 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
         diagnosis.findings.front().term.kind == TermKind::mean) {
       const bool differs =
           std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), [&g](const Finding &f) {
-            return f.term.channel == g.channel && !f.term.sizes.empty() &&
+            return f.term.channel == g.channel && !is_swing(f.term) && !f.term.sizes.empty() &&
                    !f.term.sizes[0].per_log.empty();
           });
       if (differs && g.ratio >= 1.0) {

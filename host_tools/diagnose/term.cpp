@@ -10,6 +10,7 @@
 #include <muParser.h>
 
 #include "diagnose/late.hpp"
+#include "diagnose/swing.hpp"
 #include "util/error.hpp"
 
 namespace rim::diagnose {
@@ -211,7 +212,9 @@ bool is_late_form(const std::string &form) {
   return late.count(form) > 0;
 }
 
-bool has_no_expression(const std::string &form) { return is_late_form(form) || form == kBacklash; }
+bool has_no_expression(const std::string &form) {
+  return is_late_form(form) || form == kBacklash || form == kPeriodicTime;
+}
 
 namespace {
 
@@ -282,6 +285,8 @@ bool remembers(const Term &term) {
   return term.form == kBacklash || (moves_prediction(term) && !stands_before(term));
 }
 
+bool is_swing(const Term &term) { return term.form == kPeriodicTime; }
+
 bool is_level(const Term &term) { return term.cause == "saturation" || term.cause == "dead_zone"; }
 
 Vector ridge_values(const Ridge &ridge, const Vector &s) {
@@ -331,6 +336,8 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
   if (term.basis.empty()) {
     if (remembers(term))
       return late_columns(term, {term.shape}, measured, m);
+    if (is_swing(term))
+      return swing_column(term, measured);
     throw DataError(fmt::format("form '{}' has no expression", term.form));
   }
   Eigen::MatrixXd columns(m.size(), static_cast<Index>(term.basis.size()));
@@ -381,6 +388,10 @@ std::string expression_text(const Term &term) {
            strip(term.arguments.begin()->second);
   if (remembers(term) && term.form != kBacklash)
     return late_text_of(term);
+  if (is_swing(term))
+    return fmt::format("{} * sin(2*pi*t/{} + phase)",
+                       number_text(term.sizes.empty() ? 1.0 : term.sizes[0].value),
+                       number_text(shape_of(term, "period")));
   if (term.form == kBacklash)
     return fmt::format("the prediction through play of {:.3g}", shape_of(term, "play"));
   std::string text;
@@ -461,7 +472,14 @@ Prediction extended_prediction(const std::vector<Term> &terms, const Channel &ch
   for (const Term &term : terms) {
     if (term.channel != channel.name)
       continue;
-    if (term.kind == TermKind::mean && !moves_prediction(term)) {
+    if (is_swing(term) && !term.sizes.empty()) {
+      out.m += mean_effect(term, measured, seen);
+      const Parameter &size = term.sizes[0];
+      const double mean_square =
+          0.5 * (size.value * size.value + size.between_logs_sd * size.between_logs_sd);
+      out.sd =
+          (out.sd.array().square() + mean_square * (1.0 - log_mask(term, measured).array())).sqrt();
+    } else if (term.kind == TermKind::mean && !moves_prediction(term)) {
       const Vector effect = mean_effect(term, measured, seen);
       if (term.sizes.empty() || term.sizes[0].per_log.empty()) {
         out.m += effect;

@@ -37,6 +37,10 @@ inline constexpr const char *kHysteresis = "hysteresis";
 // The form of a square of a quantity.
 inline constexpr const char *kSquare = "square";
 
+// A form that is periodic in time: amplitude * sin(2 pi t / period + phase), t since the log began.
+// Of a term that names logs the phase is each log's own, and it is not known in another.
+inline constexpr const char *kPeriodicTime = "periodic_time";
+
 // The argument of what comes late by a length instead of a time, as the force of a tyre does: the
 // speed at which that length is passed. The form's name then ends in "_length".
 inline constexpr const char *kAlong = "along";
@@ -160,6 +164,9 @@ Vector after_level(const Vector &x, const Parameter *level);
 // A delay, a lag or play: what the term adds depends on the predictions before.
 bool remembers(const Term &term);
 
+// Whether it is periodic in time.
+bool is_swing(const Term &term);
+
 // Whether it is a level of the prediction, at which that ends or begins: saturation, a dead zone.
 bool is_level(const Term &term);
 
@@ -178,9 +185,9 @@ std::string expression_text(const Term &term);
 std::string gate_text(const Gate &gate);
 
 // The channel's prediction with all its terms: m plus every mean term, sd times the root of every
-// variance ratio, and wider by what a size that differs between logs may differ by. A delay or lag
-// comes first, and the others see the prediction that it makes as `m`. Terms of other channels are
-// ignored.
+// variance ratio, and wider by what a size that differs between logs may differ by, and by what
+// swings where its phase is not known. A delay or lag comes first, and the others see the
+// prediction that it makes as `m`. Terms of other channels are ignored.
 struct Prediction {
   Vector m, sd;
 };
