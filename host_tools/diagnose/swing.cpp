@@ -29,6 +29,7 @@ constexpr std::size_t kLeastRows = 12;  // of a log
 // Neighbours of a frequency: to this factor of it, at least and at most so many to either side, and
 // none of the line itself.
 constexpr double kNearFactor = 1.6, kFewest = 10.0, kMost = 60.0, kOfLine = 1.5;
+constexpr double kBeside = 7.0;    // and of the nearest ones
 constexpr double kFirstNear = 2.0; // periods: what is slower went with the straight line
 constexpr double kStandsOut = 2.5; // in ln: what is cut from the neighbours as another line
 constexpr double kIsLine = 1e-3;   // chance that noise has one anywhere
@@ -263,7 +264,8 @@ double Spectrum::fall(double frequency_hz) const {
 // ln of the mean fall by a straight line over ln of the frequency, through those nearby.
 void Spectrum::add_background() {
   const double lowest = mean_of_ln(clocks_.size()), variance = variance_of_ln(clocks_.size());
-  std::vector<double> ln{0.0}; // by frequencies that can be told apart
+  std::vector<double> &ln = ln_;
+  ln.assign(1, 0.0);
   for (std::size_t i = 1;; ++i) {
     const auto at = static_cast<std::size_t>(std::lround(static_cast<double>(i) * stride_));
     if (at >= falls_.size())
@@ -318,11 +320,14 @@ double Spectrum::ln_background(double at) const {
 double Spectrum::p_at(double fall, double at) const {
   const auto i = static_cast<std::size_t>(
       std::clamp(std::lround(at), 1L, static_cast<long>(ln_smooth_.size()) - 1L));
-  const double ratio = fall / std::exp(ln_background(at));
+  return p_of(fall / std::exp(ln_background(at)), sd_[i]);
+}
+
+double Spectrum::p_of(double ratio, double sd_of_ln) const {
   double p = 0.0, all = 0.0;
   for (int k = -8; k <= 8; ++k) {
     const double z = 0.5 * k, weight = std::exp(-0.5 * z * z);
-    p += weight * p_of_sum(ratio * std::exp(sd_[i] * z), clocks_.size());
+    p += weight * p_of_sum(ratio * std::exp(sd_of_ln * z), clocks_.size());
     all += weight;
   }
   return p / all;
@@ -356,6 +361,23 @@ double Spectrum::peak_near(double frequency_hz) const {
     }
   }
   return 0.5 * (low + high);
+}
+
+// The same of the nearest frequencies alone, on the level: a resonance that noise excites has a
+// peak that is wider than a line.
+double Spectrum::p_beside(double fall, double at, double *ln_mean) const {
+  double n = 0.0, sum = 0.0;
+  for (double apart = -kBeside; apart <= kBeside; apart += 1.0) {
+    const double j = std::round(at) + apart;
+    if (std::abs(j - at) < kOfLine || j < kFirstNear || j >= static_cast<double>(ln_.size()))
+      continue;
+    n += 1.0;
+    sum += ln_[static_cast<std::size_t>(j)];
+  }
+  if (at < kBeside + kFirstNear || n < kBeside)
+    return 0.0;
+  *ln_mean = sum / n;
+  return p_of(fall / std::exp(*ln_mean), std::sqrt(variance_of_ln(clocks_.size()) / n));
 }
 
 // Less the mean and the line of every clock: a line has some of its squares at all frequencies, and
@@ -395,14 +417,17 @@ Swing Spectrum::near(double frequency_hz) const {
   swing.frequency_hz = top;
   swing.fall = fall(top);
   const Spectrum less = without(top);
-  swing.background = std::exp(less.ln_background(at));
+  const double ln_mean = less.ln_background(at);
+  double ln_beside = ln_mean;
+  const double p = std::max(less.p_at(swing.fall, at), less.p_beside(swing.fall, at, &ln_beside));
+  swing.background = std::exp(std::max(ln_mean, ln_beside));
   swing.frequencies = static_cast<double>(falls_.size()) / stride_;
   const double bend = kBend / longest_s_;
   const double second = (2.0 * swing.fall - fall(top - bend) - fall(top + bend)) / (bend * bend);
   if (!(second > 0.0)) // no top: the end of what was looked at
     return Swing{};
   swing.stderror_hz = std::sqrt(swing.background / second);
-  swing.p_value = p_of_any(less.p_at(swing.fall, at), swing.fall / swing.background);
+  swing.p_value = p_of_any(p, swing.fall / swing.background);
   return swing;
 }
 

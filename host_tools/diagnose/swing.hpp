@@ -51,6 +51,8 @@ private:
   Spectrum without(double frequency_hz) const;
   double ln_background(double at) const;
   double p_at(double fall, double at) const;
+  double p_beside(double fall, double at, double *ln_mean) const;
+  double p_of(double ratio, double sd_of_ln) const;
   double p_of_any(double p_of_one, double ratio) const;
   double peak_near(double frequency_hz) const;
 
@@ -61,6 +63,7 @@ private:
   double stride_ = 1.0;                // steps between frequencies that can be told apart
   double squares_ = 0.0;               // half of them, about the means of the clocks
   std::vector<double> falls_;          // by steps from 0 on
+  std::vector<double> ln_;             // of the fall, less what that of noise is on average
   std::vector<double> ln_smooth_, sd_; // ln of the mean fall nearby, by frequencies, and its error
 };
 
