@@ -221,6 +221,19 @@ std::string rows_text(const Finding &finding) {
                                         : fmt::format(" ({:.0f} % of the rows)", percent);
 }
 
+// Of what swings in a phase that is known in the fitted logs alone others say nothing.
+std::string not_borne_out(const Diagnosis &diagnosis, const Gain &gain) {
+  const bool is_unknown =
+      gain.data == "held-out logs" &&
+      std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), [&gain](const Finding &f) {
+        return f.term.channel == gain.channel && is_swing(f.term) && !f.term.logs.empty();
+      });
+  return is_unknown ? " Its phase in the held-out logs is not known, so that they are not "
+                      "corrected for it."
+                    : fmt::format(" On data that it was not fitted to ({}) this is not borne out.",
+                                  gain.data);
+}
+
 } // namespace
 
 std::string finding_sentence(const Finding &finding, const Channel &channel) {
@@ -285,8 +298,7 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
         break;
       }
       if (!is_borne_out(g)) {
-        text +=
-            fmt::format(" On data that it was not fitted to ({}) this is not borne out.", g.data);
+        text += not_borne_out(diagnosis, g);
         break;
       }
       text +=

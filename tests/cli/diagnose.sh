@@ -284,4 +284,20 @@ for width in 1 4; do
   check "straight pieces, $width: the part of the error left where it is faster, $left" 1 \
     "$(awk -v left="$left" 'BEGIN {print (left > 0 && left < 0.2)}')"
 done
+
+# --- what swings with the time: period and amplitude are said; the phase is each log's own, so that
+# another log is given none, and is predicted as less sure
+for n in 1 2; do drive swing$n.csv $n "0.12 * sin(i / 7.3 + 2 * $n)"; done
+drive other.csv 5 '0.12 * sin(i / 7.3)'
+out=$(diagnose swing?.csv --out swing $few); check "what swings: found" 1 $?
+contains "what swings: said" "$out" "swings by 0.12"
+contains "what swings: its phase" "$out" "is each log's own, and is not known in another"
+check "what swings" "periodic True True" "$(json swing/diagnosis.json \
+  "d['findings'][0]['cause'], abs(d['findings'][0]['parameters']['period']['value'] - 4.587) < 0.02, \
+   d['findings'][0]['parameters']['phase']['stderr'] > 0" | tr -d "(),'")"
+out=$(diagnose swing?.csv --extension swing/extension.toml --out again $few); check "what swings: given back" 0 $?
+diagnose other.csv --extension swing/extension.toml --out other $few > out.txt
+contains "what swings: the extension says so" "$(cat swing/extension.toml)" "hold for other logs, the phase does not"
+check "what swings: in another log it is found anew" 2 \
+  "$(json other/diagnosis.json "sum('period' in f['parameters'] for f in d['findings'])")"
 finish
