@@ -217,12 +217,14 @@ std::vector<std::uint8_t> folds_of(const Measured &measured, bool is_within, int
 }
 
 // Whether something swings in a phase that is each log's own: what a log that was left out has is
-// not known, and only stretches of the same log tell whether it holds.
-bool any_own_phase(const std::vector<ChannelFindings> &found) {
-  return std::any_of(found.begin(), found.end(), [](const ChannelFindings &of_channel) {
-    return std::any_of(of_channel.members.begin(), of_channel.members.end(), [](const Member &m) {
-      return is_swing(m.term) && !m.is_given && !m.term.logs.empty();
-    });
+// not known, and only stretches of the same log tell whether it holds. Of two logs each alone does
+// not tell that they have one phase.
+bool any_own_phase(const std::vector<ChannelFindings> &found, std::size_t logs) {
+  return std::any_of(found.begin(), found.end(), [logs](const ChannelFindings &of_channel) {
+    return std::any_of(
+        of_channel.members.begin(), of_channel.members.end(), [logs](const Member &m) {
+          return is_swing(m.term) && !m.is_given && (!m.term.logs.empty() || logs == 2);
+        });
   });
 }
 
@@ -331,7 +333,7 @@ struct Rest {
 
 void Gains::cross_validate(std::vector<ChannelFindings> *found) {
   int folds = 0;
-  is_within_ = any_own_phase(*found);
+  is_within_ = any_own_phase(*found, measured_.logs.size());
   const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, is_within_, &folds);
   const std::size_t channels = measured_.channels.size();
   std::vector<Rest> rests(static_cast<std::size_t>(folds));

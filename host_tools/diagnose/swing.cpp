@@ -32,6 +32,10 @@ constexpr double kNearFactor = 1.6, kFewest = 10.0, kMost = 60.0, kOfLine = 1.5;
 constexpr double kBeside = 7.0;    // and of the nearest ones
 constexpr double kFirstNear = 2.0; // periods: what is slower went with the straight line
 constexpr double kStandsOut = 2.5; // in ln: what is cut from the neighbours as another line
+// Of what stands out most by the grid: the least beside it, and the chance of what is noise.
+constexpr double kNearlyMost = 0.25, kMostRough = 0.5;
+// A line may hide itself that has at most so many periods and at least this share of the squares.
+constexpr double kMostHidden = 30.0, kLeastHidden = 0.02;
 constexpr double kIsLine = 1e-3;   // chance that noise has one anywhere
 constexpr double kCut = 4.0;       // standard deviations beyond which a value is cut
 constexpr double kSingular = 1e-6; // of a sine and a cosine that a log is too short to tell apart
@@ -449,28 +453,37 @@ double Spectrum::line_share(double frequency_hz) const {
   return p_of_any(p_at(falls_[best], where), ratio) < kIsLine ? falls_[best] / squares_ : 0.0;
 }
 
+// The one that stands out most by the grid, and the largest where it may hide itself: exact times
+// are looked at only where they may matter.
 Swing Spectrum::strongest() const {
   if (ln_smooth_.size() < 2)
     return {};
-  double least = 1.0;
-  std::size_t best = 0, largest = 0; // the largest may hide itself
+  double least = 1.0, most_ratio = 0.0;
+  std::size_t best = 0, largest = 0;
   for (auto k = static_cast<std::size_t>(kFirstPeriods * stride_) + 1; k + 1 < falls_.size(); ++k) {
     if (falls_[k] < falls_[k - 1] || falls_[k] < falls_[k + 1])
       continue;
-    const double p = p_at(falls_[k], static_cast<double>(k) / stride_);
-    if (p < least) {
+    largest = largest == 0 || falls_[k] > falls_[largest] ? k : largest;
+    const double at = static_cast<double>(k) / stride_;
+    const double ratio = falls_[k] / std::exp(ln_background(at));
+    if (ratio < kNearlyMost * most_ratio)
+      continue;
+    most_ratio = std::max(ratio, most_ratio);
+    if (const double p = p_at(falls_[k], at); p < least) {
       least = p;
       best = k;
     }
-    largest = largest == 0 || falls_[k] > falls_[largest] ? k : largest;
   }
-  if (largest == 0)
-    return {};
-  Swing swing = near(static_cast<double>(largest) * step_hz_);
-  if (best != largest && best != 0) {
-    const Swing other = near(static_cast<double>(best) * step_hz_);
-    if (!(swing.frequency_hz > 0.0) || other.p_value < swing.p_value)
-      swing = other.frequency_hz > 0.0 ? other : swing;
+  Swing swing;
+  const bool may_hide = static_cast<double>(largest) < kMostHidden * stride_ &&
+                        falls_[largest] > kLeastHidden * squares_;
+  if (best != 0 && p_of_any(least, most_ratio) < kMostRough)
+    swing = near(static_cast<double>(best) * step_hz_);
+  if (largest != 0 && largest != best && may_hide) {
+    const Swing hidden = near(static_cast<double>(largest) * step_hz_);
+    if (hidden.frequency_hz > 0.0 &&
+        (!(swing.frequency_hz > 0.0) || hidden.p_value < swing.p_value))
+      swing = hidden;
   }
   return swing;
 }

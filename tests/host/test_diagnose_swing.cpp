@@ -197,7 +197,7 @@ void in_whole(void **) {
     assert_int_equal(term.logs.size(), own_phase ? 2 : 0);
     assert_true(d.findings[0].p_value < 1e-6);
     assert_true(d.gains[0].ratio < 0.75);
-    assert_non_null(std::strstr(d.findings[0].sentence.c_str(), " A with a period of 4.7"));
+    assert_non_null(std::strstr(d.findings[0].sentence.c_str(), " A with a period of 4."));
     assert_non_null(
         std::strstr(d.findings[0].sentence.c_str(), own_phase ? "each log's own" : "same phase"));
     assert_true(diagnosis(logs, {term}).adequate());
