@@ -277,13 +277,14 @@ std::string map_picture(const Finding &finding, const View &view) {
 
 namespace {
 
-// Of what the term is drawn as a function: its argument; of forms without expression (delay, lag)
-// what it adds, along which the data should follow the diagonal.
+// Of what the term is drawn as a function: its argument; of forms without expression (delay, lag),
+// and of what swings faster than a picture of the whole time shows, what it adds, along which the
+// data should follow the diagonal.
 Quantity abscissa(const Finding &finding, const View &view, const Vector &effect) {
   const Term &term = finding.term;
   if (term.form == "table" && !term.arguments.empty())
     return quantity_of(term.arguments.begin()->second, view);
-  if (remembers(term)) {
+  if (remembers(term) || is_swing(term)) {
     const std::string unit = view.channel->unit.empty() ? "" : " (" + view.channel->unit + ")";
     return {"", "what the term adds" + unit, effect};
   }
