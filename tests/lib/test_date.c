@@ -308,6 +308,66 @@ static void effects_are_judged_from_half_a_run_on(void **state) {
   }
 }
 
+/* The ratio of the run's own effects after all blocks of w, where `runs` taught what runs differ by.
+ */
+static double ratio_of_effects(const world *w, uint32_t runs) {
+  static bench b;
+  float maxima[CHANNELS * NOISE_FAMILIES] = {0};
+  start(&b, w, BLOCKS);
+  b.noise.runs = runs;
+  feed(&b, 0, BLOCKS, 0);
+  rimi_search_keep_maxima(b.search, maxima);
+  rimi_search_refresh(b.search, 0);
+  return (double)maxima[SEARCH_FIELD];
+}
+
+/* Where a run has one effect, an offset, its square follows from the definition; what nobody taught
+ * pays 2.5 nats, and what runs taught the two tests that are made of it. */
+static void an_offset_surprises_by_its_square(void **state) {
+  (void)state;
+  const world w = far_off(BLOCKS);
+  double sum = 0.0;
+  for (uint32_t i = 0; i < BLOCKS; ++i)
+    sum += residual_of(&w, i) / w.s;
+  const double information = (double)BLOCKS + 1.0 / w.prior[0], b = sum / information;
+  const double q = b * b / (w.prior[0] - 1.0 / information);
+  assert_true(fabs(ratio_of_effects(&w, 0) - (rimi_search_surprise(1, 0, q) - 2.5)) < 0.05);
+  for (uint32_t runs = 10; runs <= 50; runs += 20)
+    assert_true(fabs(ratio_of_effects(&w, runs) - (rimi_search_surprise(1, runs, q) - log(2.0))) <
+                0.05);
+}
+
+enum { RUNS = 50 }; /* that taught what runs differ by */
+
+/* What all effects of w's run together surprise by. */
+static double surprise_together(const world *w) {
+  const double of_known = ratio_of_effects(w, 0) + 2.5;
+  double low = FIELDS, high = 1e3; /* the square that surprises by as much */
+  for (int i = 0; i < 60; ++i) {
+    const double q = 0.5 * (low + high);
+    *(rimi_search_surprise(FIELDS, 0, q) < of_known ? &low : &high) = q;
+  }
+  return rimi_search_surprise(FIELDS, RUNS, low) - log(2.0);
+}
+
+/* An offset that is impossible by itself shows beside effects that are as usual: all of them
+ * together surprise less. What runs differ by otherwise shows in all of them together. */
+static void an_offset_shows_among_other_effects(void **state) {
+  (void)state;
+  world w = make_world(true, 0.0, 0.0);
+  draw(&w, BLOCKS, 78);
+  for (uint32_t i = 0; i < BLOCKS; ++i)
+    w.r[i] += 4.0 * w.s;
+  print_message("all effects %.2f nats, the offset %.2f\n", surprise_together(&w),
+                ratio_of_effects(&w, RUNS));
+  assert_true(ratio_of_effects(&w, RUNS) > surprise_together(&w) + 1.0);
+  for (uint32_t i = 0; i < BLOCKS; ++i)
+    w.r[i] += w.s * (-4.0 + 4.0 * w.p[i]);
+  const double ratio = ratio_of_effects(&w, RUNS);
+  print_message("without it, but another: %.2f nats\n", ratio);
+  assert_true(ratio > 3.0 && fabs(ratio - surprise_together(&w)) < 0.05);
+}
+
 /* Onsets are noted from the newest block to the oldest. One that explains as much as the best so
  * far shares its weight, and the later of them stays; one that explains less by far is not counted.
  */
@@ -360,6 +420,8 @@ int main(void) {
       cmocka_unit_test(what_is_constant_in_a_region_is_dated_as_a_step),
       cmocka_unit_test(upside_down_it_begins_at_the_same_time),
       cmocka_unit_test(effects_are_judged_from_half_a_run_on),
+      cmocka_unit_test(an_offset_surprises_by_its_square),
+      cmocka_unit_test(an_offset_shows_among_other_effects),
       cmocka_unit_test(of_equal_onsets_the_later_stays),
       cmocka_unit_test(absurd_sums_have_no_effects),
   };

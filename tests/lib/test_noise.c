@@ -78,6 +78,7 @@ static void damage_is_refused(void **state) {
   } headers[] = {{0, 0, RIM_E_VERSION},
                  {0, 2, RIM_E_VERSION},
                  {0, 3, RIM_E_VERSION}, /* a word less per channel, as layout 4 */
+                 {0, 5, RIM_E_VERSION}, /* ln sigma(x) was limited to 1.2 */
                  {0, NOISE_LAYOUT - 1, RIM_E_VERSION},
                  {0, NOISE_LAYOUT_GAPS + 1, RIM_E_VERSION},
                  {1, CHANNELS + 1, RIM_E_RANGE},

@@ -11,7 +11,7 @@
  * of the commands. The trend is the time, bending as the sums of section AGREEMENT do: (1 - exp(-t
  * / trend_s)) trend_s / run_s.
  *
- *   u32 layout (5; 6: half of the runs that taught it or more had gaps, and what follows from
+ *   u32 layout (7; 8: half of the runs that taught it or more had gaps, and what follows from
  *     gaps is in the noise), channels C, raw R = 4 + M, fields K (largest of any channel)
  *   f32 run_s, decay_s, trend_s > 0; u32 runs that taught the effects' prior, 0: it is known
  *   f32 the healthy blocks' mean activity before it is taken off, see rimi_noise_activity()
@@ -29,8 +29,8 @@
 
 #include "rim/status.h"
 
-#define NOISE_LAYOUT 5u
-#define NOISE_LAYOUT_GAPS 6u
+#define NOISE_LAYOUT 7u
+#define NOISE_LAYOUT_GAPS 8u
 #define NOISE_MAX_FIELDS 6u
 #define NOISE_RAW_FIRST 4u
 #define NOISE_MAX_RAW 12u
@@ -38,7 +38,9 @@
 #define NOISE_HEADER_WORDS 9u
 #define NOISE_CHANNEL_WORDS 12u
 #define NOISE_SIGMA_TERMS 5u
-#define NOISE_LN_SIGMA 1.2 /* ln sigma(x) stays within +- this */
+/* ln sigma(x) stays within +- this: what is new in a block is 15 times larger where a lander brakes
+ * than where it coasts. */
+#define NOISE_LN_SIGMA 2.0
 #define NOISE_DISTURBED 4.0
 #define NOISE_MOVED 4.0  /* a prediction's movement per block counts up to this, in its sd */
 #define NOISE_STILL 0.02 /* added to the movement before its logarithm */

@@ -8,6 +8,9 @@
 
 #define SEARCH_Z_STEP (1.0 / 16.0)    /* of a residual in the ring: int16 covers +-2000 */
 #define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
+/* By which the run's own effects must be clearer than by their description: where no runs taught
+ * how large they are, and where they explain what something does that says when or where. */
+#define SEARCH_VAGUE_NATS 2.5
 #define SEARCH_ACTIVITY_STEP (1.0 / 24.0)    /* int8 covers +-5.3 */
 #define SEARCH_DISTURBANCE_STEP (1.0 / 40.0) /* from SEARCH_CALMEST on: uint8 */
 #define SEARCH_CALMEST (-3.0)

@@ -9,6 +9,7 @@
 
 #define NEGLIGIBLE 20.0        /* nats: an onset that is less likely by this has no say */
 #define FIELD_FROM 0.5         /* of a run: before, its effects are hardly known yet */
+#define TWO_TESTS 0.693        /* ln 2: nats of the better of two tests */
 #define SHAPE_NATS 1.0         /* that tell a gain from a shift */
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 
@@ -52,7 +53,8 @@ static double inflation_of(const rim_search *s, const search_hypothesis *h) {
 }
 
 double rimi_search_description(search_family family) {
-  static const double nats[NOISE_FAMILIES] = {4.0, 5.0, 5.0, 4.0, 6.0, 11.0, 8.0, 13.0, 10.0};
+  /* The run's own effects pay least: neither a time nor a place is searched for them. */
+  static const double nats[NOISE_FAMILIES] = {4.0, 5.0, 5.0, 1.5, 6.0, 11.0, 8.0, 13.0, 10.0};
   return nats[family];
 }
 
@@ -282,6 +284,26 @@ double rimi_search_surprise(uint32_t k, uint32_t runs, double q) {
   return x - rimi_log(tail);
 }
 
+/* A form of a symmetric matrix in packed rows: m' V m. */
+static double square_form(uint32_t k, const double *v, const double *m) {
+  double sum = 0.0;
+  for (uint32_t i = 0; i < k; ++i) {
+    for (uint32_t j = 0; j < k; ++j)
+      sum += m[i] * m[j] * v[i >= j ? packed_row(i) + j : packed_row(j) + i];
+  }
+  return sum;
+}
+
+/* How much the run's effects surprise, nats. q: of all k of them; of_offset: the square of the
+ * offset alone in its own standard deviation, a chi-square of one degree. A sensor that is off from
+ * the start shows in that, and among all effects hides behind those that are as usual. */
+static double surprise_of_effects(uint32_t k, uint32_t runs, double q, double of_offset) {
+  const double of_all = rimi_search_surprise(k, runs, q);
+  if (runs == 0u)
+    return of_all - SEARCH_VAGUE_NATS;
+  return rimi_max(of_all, rimi_search_surprise(1u, runs, of_offset)) - TWO_TESTS;
+}
+
 /* The run's effects are themselves impossible: Q = b' (prior - V)^-1 b is a chi-square of k degrees
  * of freedom by chance. The nats are those of its tail: there is nothing that was searched. */
 static void judge_field(rim_search *s, const noise_channel *c, const double *l, const double *b,
@@ -292,20 +314,20 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
   memcpy(v, l, packed * sizeof *v);
   cholesky_invert_factor(k, v);
   cholesky_square_inverse(k, v);
-  double mean[NOISE_MAX_FIELDS] = {0.0}, shift = 0.0, var = 0.0; /* of the fields */
+  double mean[NOISE_MAX_FIELDS] = {0.0}, shift = 0.0; /* of the fields */
   for (uint32_t j = 0; j < k; ++j) {
     for (uint32_t r = 0; r < raw; ++r)
       mean[j] += (double)rimi_le_f32(c->combination, (size_t)j * raw + r) * mean_raw[r];
   }
-  for (uint32_t i = 0; i < k; ++i) {
+  for (uint32_t i = 0; i < k; ++i)
     shift += mean[i] * b[i];
-    for (uint32_t j = 0; j < k; ++j)
-      var += mean[i] * mean[j] * v[i >= j ? packed_row(i) + j : packed_row(j) + i];
-  }
+  const double var = square_form(k, v, mean);
   for (uint32_t i = 0; i < packed; ++i)
     v[i] = -v[i];
   for (uint32_t i = 0; i < k; ++i)
     v[packed_row(i) + i] += 1.0 / (double)rimi_le_f32(c->inverse_prior, i);
+  const double of_runs = square_form(k, v, mean); /* variance of the offset that is seen */
+  const double of_offset = of_runs > 0.0 ? shift * shift / of_runs : 0.0;
   memcpy(x, b, k * sizeof *x);
   if (!cholesky_factor(k, v))
     return;
@@ -315,11 +337,12 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
     q += x[i] * x[i];
   const double degrees = (double)k;
   const double t_s = (double)search_times(s)[search_slot(s, s->held - 1u)];
-  if (!(q > degrees) || !rimi_is_finite(q) || s->held < 2u * SEARCH_LEAST ||
+  const bool is_large = q > degrees || of_offset > 1.0;
+  if (!is_large || !rimi_is_finite(q) || s->held < 2u * SEARCH_LEAST ||
       t_s < FIELD_FROM * s->config.noise->run_s)
     return;
   search_hypothesis h = {.family = SEARCH_FIELD, .onset = SEARCH_FROM_START};
-  h.ln_ratio = (float)rimi_search_surprise(k, s->config.noise->runs, q);
+  h.ln_ratio = (float)surprise_of_effects(k, s->config.noise->runs, q, of_offset);
   h.shift = (float)shift;
   h.sd = (float)rimi_sqrt(rimi_max(var, 1e-12));
   h.blocks = s->held;
