@@ -19,7 +19,7 @@ test-build: hidden-build
 
 hidden: hidden-build host ## a campaign of hidden effects: SEED=n COUNT=m, the figures at the end
 	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/hidden/run.sh $(SEED) $(COUNT)
-# `make test` takes 14 of these.
+# `make test` takes six of these, `make test-long` 14.
 hidden-floors: hidden-build host ## forty cases of hidden effects, one of each family among them, against tests/hidden/floors.txt
 	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) HIDDEN_FLOORS=tests/hidden/floors.txt tests/hidden/run.sh 0 40 each
 

@@ -4,6 +4,7 @@
 # alone, grade compares. Figures on stdout; the cases' lines, in the order of the seeds, in
 # $HIDDEN_OUT (default: $BUILD/hidden/SEED_COUNT_FAMILY.jsonl). Two cases at a time (HIDDEN_JOBS).
 #   BUILD        where tests/hidden/{nature,grade,oracle} are built     RIM  the tool
+#   HIDDEN_SEEDS  these seeds, with blanks between, instead of COUNT from SEED on
 #   HIDDEN_NATURE  who draws: nature (default) or machines.py
 #   HIDDEN_TOOL  rim (default), oracle or silent: who diagnoses         HIDDEN_FLOORS  for grade
 #   HIDDEN_LIMIT  seconds that a diagnosis may take (300); one that takes longer has failed
@@ -12,6 +13,8 @@
 set -u
 [ $# -ge 2 ] || { echo "run.sh SEED COUNT [FAMILY]" >&2; exit 2; }
 seed=$1 count=$2 family=${3:-any}
+seeds=${HIDDEN_SEEDS:-$(seq "$seed" $((seed + count - 1)))}
+count=$(echo $seeds | wc -w)
 : "${BUILD:?}"
 export bin=$BUILD/tests/hidden tool=${HIDDEN_TOOL:-rim} family keep=${HIDDEN_KEEP:-}
 export RIM=${RIM:-$BUILD/rim} RIM_THREADS=${RIM_THREADS:-1}
@@ -56,12 +59,12 @@ show() { # progress, on a terminal
 }
 shower=
 if [ -t 2 ]; then show & shower=$!; fi
-seq "$seed" $((seed + count - 1)) | xargs -P "${HIDDEN_JOBS:-2}" -I{} bash -c 'one {}'
+echo $seeds | tr ' ' '\n' | xargs -P "${HIDDEN_JOBS:-2}" -I{} bash -c 'one {}'
 if [ -n "$shower" ]; then kill "$shower"; wait "$shower" 2> /dev/null; printf '\r\033[K' >&2; fi
 
 mkdir -p "$(dirname "$out")"
 missing=0
-for n in $(seq "$seed" $((seed + count - 1))); do
+for n in $seeds; do
   if [ -f "$work/$n/line" ]; then cat "$work/$n/line"; else
     echo "seed $n: no case or no grade" >&2; missing=1
   fi
