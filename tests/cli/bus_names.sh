@@ -39,7 +39,7 @@ else
   skipped=$((skipped + 1))
 fi
 
-if ! $python -c 'import cantools, isotp' 2> /dev/null; then
+if ! has_packages $python cantools isotp; then
   echo "not here: cantools and can-isotp for Python; make test-can installs them"
   skipped=$((skipped + 1)); finish
 fi

@@ -6,7 +6,7 @@
 . "$(dirname "$0")/check.inc"
 python=${PYTHON:-$BUILD/campaign/bin/python3}
 skip_under_sanitizers "what it tests is Python, and campaigns of rim-thesis have scripts of their own"
-if ! "$python" -c 'import distributed' 2> /dev/null; then
+if ! has_packages "$python" distributed; then
   skip "no dask.distributed for $python (make campaign-deps installs it)"
 fi
 cd "$here" || exit 1

@@ -55,7 +55,7 @@ python3 "$root/tests/firmware/same_frames.py" 5 ground.frames wire.candump > sai
 cat said
 python3 "$root/tests/firmware/same_alarms.py" ground.jsonl replay.jsonl > said; check "the replay's alarms" 0 $?
 # Someone else's program reads our frames by our DBC.
-if $python -c 'import cantools' 2> /dev/null; then
+if has_packages $python cantools; then
   $python "$root/tests/firmware/decode_can.py" "$root/lib/wire" wire.candump heard.jsonl fd.candump fd.jsonl > said 2>&1; check "cantools" 0 $?
   cat said
 else

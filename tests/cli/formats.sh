@@ -67,8 +67,8 @@ RIM_PYTHON=$here/nothing refuse "no numpy" "lines.jsonl: its reader is not insta
 
 # --- every format by its own library
 python=$BUILD/venv/bin/python3
-if ! [ -x "$python" ] || ! "$python" -c 'import pyulog, mcap_ros2, rosbags, h5py, pyarrow, asammdf, cantools, ccsdspy, lcm, pymavlink' 2> import.txt; then
-  echo "skipped: readers of other formats ($(tail -1 import.txt 2> /dev/null))"
+if ! has_packages "$python" pyulog mcap_ros2 rosbags h5py pyarrow asammdf cantools ccsdspy lcm pymavlink; then
+  echo "skipped: readers of other formats: their packages are not in $python"
   skipped=$((skipped + 1))
   finish
 fi

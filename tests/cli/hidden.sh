@@ -102,7 +102,7 @@ if [ $count -eq 40 ]; then
   # slow resistance; rockets in thinning air; a ship in wind; a gear that saturates before it lags; a
   # machine with nothing wrong. And a press whose speed is in mm/s, and a car: it understeers, late,
   # and its wheel, predicted from a noisy speed with limits, is well.
-  if python3 -c 'import numpy' 2> "$here/err"; then
+  if has_packages python3 numpy; then
     printf 'found 1\nfirst 1\nall .8\ngain_tenth .95\nfalse 0\nworse 0\n' > floors.txt
     "$hidden/channels.py" --rim "$RIM" --drawer neighbours.py --floors floors.txt \
       --seeds 560002,560010,560015,560008,560006,560009,560016 > channels.txt 2>&1

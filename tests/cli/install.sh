@@ -65,7 +65,7 @@ contains "a file that is missing is named" "$("$here/watch" "$here/none.rim" 2>&
 # The readers are found beside the installed program, and a project finds the library by CMake.
 printf '{"t_s": 0, "s.a_m": 1}\n{"t_s": 1, "s.a_m": 2}\n' > "$here/log.jsonl"
 python=python3; [ -x "$BUILD/venv/bin/python3" ] && python=$BUILD/venv/bin/python3
-if $python -c 'import numpy' 2> /dev/null; then
+if has_packages $python numpy; then
   printf 'schema = "rim-schema/1"\n' > "$here/s.toml"
   contains "an installed reader" "$(cd "$here" && RIM_PYTHON=$python "$to/bin/rim" show log.jsonl --schema s.toml 2>&1)" "2 rows"
 fi

@@ -100,7 +100,7 @@ kill $terminal; wait $terminal
 
 python=python3
 [ -x "$BUILD/venv/bin/python3" ] && python=$BUILD/venv/bin/python3
-if $python -c 'import lcm' 2> /dev/null; then
+if has_packages $python lcm; then
   mkdir types
   lcm-gen -p --ppath types "$root"/lib/wire/*.lcm
   $python - << 'END' > py.txt 2>&1

@@ -5,7 +5,7 @@
 . "$(dirname "$0")/check.inc"
 python=$BUILD/venv/bin/python3
 skip_under_sanitizers "it builds by itself what it tests, without them"
-"$python" -c 'import nanobind, scikit_build_core, pandas, sklearn' 2> /dev/null ||
+has_packages "$python" nanobind scikit_build_core pandas sklearn ||
   skip "no nanobind, scikit-build-core, pandas, scikit-learn in $BUILD/venv"
 export RIMWATCH_BUILD=$BUILD PATH=$BUILD/venv/bin:$PATH
 "$python" -m pip install --quiet --no-deps --no-build-isolation --disable-pip-version-check \
@@ -20,7 +20,7 @@ out=$("$python" "$root/tests/python/test_package.py" "$RIM" files 2>&1); check "
 printf '%s\n' "$out"
 passed=$((passed + $(printf '%s\n' "$out" | awk 'END {print $1 + 0}')))
 check "readers as a module" 0 "$("$python" -m rimwatch.readers --help > /dev/null; echo $?)"
-if "$python" -c 'import nbclient, ipykernel' 2> /dev/null; then
+if has_packages "$python" nbclient ipykernel; then
   cp "$root"/host_tools/python/examples/*.ipynb .
   "$python" - << 'END' > notebook.txt 2>&1
 import glob

@@ -18,7 +18,7 @@ contains "what is in it" "$(cat "$here/board.spdx.json")" "$(sha256sum "$BUILD/l
 SOURCE_DATE_EPOCH=0 tests/assurance/sbom.py "$BUILD" 1.2.3 "$here/again" > /dev/null; cmp -s "$here/ground.spdx.json" "$here/again/ground.spdx.json"; check "again the same" 0 $?
 python=python3
 [ -x "$BUILD/venv/bin/python3" ] && python=$BUILD/venv/bin/python3
-if $python -c 'import spdx_tools' 2> /dev/null; then
+if has_packages $python spdx_tools; then
   for name in board ground; do
     $python - "$here/$name.spdx.json" > "$here/said" 2>&1 << 'END'
 import sys

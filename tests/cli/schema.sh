@@ -59,7 +59,7 @@ rim replay faulty.csv --schema rover.toml --extension diagnosis/extension.toml >
 rim show --dbc rover.rim --node 5 > rover.dbc; check "show --dbc" 0 $?
 contains "DBC: outcomes" "$(cat rover.dbc)" 'VAL_ 1157 Outcome 0 "z.odo_vx_mps \[m/s\]" 1 '
 contains "DBC: the node's identifiers" "$(cat rover.dbc)" "^BO_ 389 RIM_SUMMARY"
-if $python -c 'import cantools' 2> /dev/null; then
+if has_packages $python cantools; then
   cat > decode.py << 'END'
 import cantools, sys
 bus = cantools.database.load_file("rover.dbc")
