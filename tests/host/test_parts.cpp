@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <setjmp.h>
 extern "C" {
@@ -32,6 +33,25 @@ MadeVehicle brief() {
   made.rows /= 2;
   return made;
 }
+
+// 60 blocks in a run, in a quarter of the time; as many as usual, 240, with RIM_LONG (`make test-long`).
+bool is_long() { return std::getenv("RIM_LONG") != nullptr; }
+constexpr double kBlock = 2.0; // s
+
+rim::BlockingOptions blocking() {
+  rim::BlockingOptions options;
+  options.block_s = is_long() ? 0.0 : kBlock;
+  return options;
+}
+
+rim::TrainOptions training() {
+  rim::TrainOptions options;
+  options.blocking = blocking();
+  return options;
+}
+
+// So much memory for the blocks where a run has 240.
+std::size_t room(std::size_t bytes) { return is_long() ? bytes : bytes / 4; }
 
 // A folder of its own for a test.
 class Temporary {
@@ -67,17 +87,17 @@ const std::vector<rim::Log> &few_logs() {
 }
 
 std::vector<std::uint8_t> image_of(const rim::HealthyRuns &healthy) {
-  return rim::make_image(rim::train(healthy, rim::TrainOptions{}).plan);
+  return rim::make_image(rim::train(healthy, training()).plan);
 }
 
 const std::vector<std::uint8_t> &image() {
   static const std::vector<std::uint8_t> made =
-      rim::make_image(rim::train(logs(), rim::TrainOptions{}).plan);
+      rim::make_image(rim::train(logs(), training()).plan);
   return made;
 }
 
 std::string part(const std::string &folder, std::size_t shard, std::size_t of,
-                 const std::vector<rim::Log> &from = logs(), double block_s = 0.0) {
+                 const std::vector<rim::Log> &from = logs(), double block_s = blocking().block_s) {
   const std::string path = folder + "/" + std::to_string(shard) + "_of_" + std::to_string(of);
   rim::LogSet set(from);
   rim::BlockingOptions options;
@@ -106,14 +126,14 @@ bool has(const std::string &text, const std::string &some) {
 void a_file_instead_of_memory(void **) {
   const auto filed = [](const std::vector<rim::Log> &from, std::size_t bytes) {
     rim::LogSet set(from);
-    rim::BlockingOptions options;
+    rim::BlockingOptions options = blocking();
     options.wide_bytes = bytes;
     return image_of(rim::healthy_runs(&set, options));
   };
-  const auto few = rim::make_image(rim::train(few_logs(), {}).plan);
-  for (const std::size_t bytes : {std::size_t{0}, std::size_t{3} << 18})
+  const auto few = rim::make_image(rim::train(few_logs(), training()).plan);
+  for (const std::size_t bytes : {std::size_t{0}, room(std::size_t{3} << 18)})
     assert_true(filed(logs(), bytes) == image());
-  assert_true(filed(few_logs(), std::size_t{3} << 16) == few);
+  assert_true(filed(few_logs(), room(std::size_t{3} << 16)) == few);
 }
 
 void logs_that_are_read_again(void **) {
@@ -125,10 +145,10 @@ void logs_that_are_read_again(void **) {
     rim::write_log(few_logs()[i], paths.back());
     read.push_back(rim::read_log(paths.back()));
   }
-  const std::vector<std::uint8_t> kept = rim::make_image(rim::train(read, {}).plan);
+  const std::vector<std::uint8_t> kept = rim::make_image(rim::train(read, training()).plan);
   for (const std::size_t bytes : {std::size_t{0}, std::size_t{75000}, rim::LogSet::kKeptBytes}) {
     rim::LogSet set(paths, std::nullopt, bytes);
-    assert_true(image_of(rim::healthy_runs(&set, {})) == kept);
+    assert_true(image_of(rim::healthy_runs(&set, blocking())) == kept);
   }
 }
 
