@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# One log, one digest: by `rim replay` twice, and by a small C program on a library built at -O0, -O2 and -O3.
+# One log, one digest: by `rim replay` twice, and by a small C program on a library built at -O0 and -O2 (`make test-long`: and -O3).
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 skip_under_sanitizers "it builds by itself what it tests, without them"
@@ -41,7 +41,9 @@ END
 # What of the library a monitor is linked from: no more of it is compiled again.
 gcc -std=c11 -I"$root/lib/include" -I"$root/lib/src" fly.c -o fly "$BUILD/librim.a" -Wl,-Map=map.txt || bad "link"
 members=$(sed -n 's|.*librim\.a(\(.*\)\.o)$|\1|p' map.txt | sort -u)
-for level in -O0 -O2 -O3; do
+levels="-O0 -O2"
+is_long && levels="$levels -O3"
+for level in $levels; do
   library=$BUILD/librim.a # of the build that is tested: -O2
   if [ $level != -O2 ]; then
     library=$(cd "$root" && for m in $members; do echo lib/src/*/"$m.c"; done | sed "s|^|$here/build$level/|; s|c$|o|")

@@ -54,7 +54,7 @@ for source in $task; do
 done
 gcc -O2 -w -DRECORDING="\"$here/toy.rec\"" -I"$root/tests/firmware/freertos" -I"$root/firmware" -I"$root/lib/include" -I"$kernel/include" -I"$posix" -I"$posix/utils" \
   $objects $shared "$posix/port.c" "$posix/utils/wait_for_event.c" "$root/firmware/port/linux/port.c" "$root/firmware/replay/recording.S" \
-  "$BUILD/librim.a" -lpthread -o posix; check "the POSIX port builds" 0 $?
+  "$BUILD/librim.a" -Wl,-Map=map.txt -lpthread -o posix; check "the POSIX port builds" 0 $?
 said=$(timeout 120 ./posix); check "the POSIX port runs" 0 $?
 equal "POSIX" "$said"
 nm posix | grep -w -e pvPortMalloc > said; check "no heap of the kernel" 1 $?
@@ -64,6 +64,9 @@ if [ -n "$missing" ]; then skip "no$missing: the Cortex-M7 is left out"; fi
 board=$root/firmware/port/mps2-an500
 core="-mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16 -ffreestanding -isystem $root/firmware/port/bare -isystem $root/tests/firmware/freertos/bare"
 arm7=$kernel/portable/GCC/ARM_CM7/r0p1
+# What of the library the POSIX port was linked from: no more of it is compiled again.
+library=
+for member in $(sed -n 's|.*librim\.a(\(.*\)\.o)$|\1|p' map.txt | sort -u); do library="$library $(echo "$root"/lib/src/*/"$member.c")"; done
 objects=
 for source in $task "$board/port.c"; do
   arm-none-eabi-gcc -std=c11 $core $flags -isystem "$arm7" -c "$source" -o "m7_$(basename "$source" .c).o" || bad "$source does not compile for the Cortex-M7"
@@ -71,7 +74,7 @@ for source in $task "$board/port.c"; do
 done
 arm-none-eabi-gcc $core -O2 -w -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize -fno-tree-loop-distribute-patterns -DRECORDING="\"$here/toy.rec\"" \
   -I"$root/tests/firmware/freertos" -I"$root/lib/include" -I"$root/lib/src" -I"$root/firmware" -I"$kernel/include" -I"$arm7" -nostdlib -static -T "$board/link.ld" \
-  $objects $shared "$arm7/port.c" "$root/firmware/port/bare/memory.c" "$root/firmware/replay/recording.S" "$root"/lib/src/*/*.c \
+  $objects $shared "$arm7/port.c" "$root/firmware/port/bare/memory.c" "$root/firmware/replay/recording.S" $library \
   -lgcc -o m7.elf; check "the Cortex-M7 port builds" 0 $?
 said=$(timeout 300 qemu-system-arm -M mps2-an500 -display none -monitor none -serial stdio -semihosting-config enable=on,target=native -kernel m7.elf < /dev/null | tr -d '\r')
 equal "Cortex-M7" "$said"
