@@ -7,7 +7,7 @@ SHARED_TESTS := interference/detector=interference search/statistic=search searc
 TEST_LIB_SRC := $(sort $(wildcard tests/lib/test_*.c))
 TEST_HOST_SRC := $(sort $(wildcard tests/host/test_*.cpp))
 # The longest first, so that none of them is left alone at the end.
-LONG_CLI := hidden vehicles python report demo interference diagnose determinism experiment_cobot train formats
+LONG_CLI := python can hidden vehicles demo cfs campaign diagnose report schema frameworks measured_machines freertos formats interference experiment_cobot train
 TEST_CLI := $(LONG_CLI:%=tests/cli/%.sh) $(filter-out $(LONG_CLI:%=tests/cli/%.sh),$(sort $(wildcard tests/cli/*.sh)))
 TEST_FIRMWARE_BIN := $(patsubst %.c,$(BUILD)/%,$(sort $(wildcard tests/firmware/test_*.c)))
 TEST_LIB_BIN := $(TEST_LIB_SRC:%.c=$(BUILD)/%) $(TEST_FIRMWARE_BIN)

@@ -51,6 +51,7 @@ for log in everywhere region; do
   # The shipped file, with the default node as it is, and with a mask for any other.
   $python -m cantools decode --single-line "$root/lib/wire/rim.dbc" < $log.candump > said 2>&1; check "$log, cantools decode" 0 $?
   check "$log, cantools decodes all" "$(wc -l < $log.candump) 0" "$(grep -c 'RIM_[A-Z]*(' said) $(grep -c -i 'unknown frame\|wrong data\|failed' said)"
+  [ $log = region ] || is_long || continue
   "$RIM" replay --model toy.rim $log.csv --candump other.candump --node 99 > /dev/null
   $python -m cantools decode --single-line --frame-id-mask 0x780 "$root/lib/wire/rim.dbc" < other.candump > said 2>&1
   check "$log, any node by the mask" "$(wc -l < other.candump) 0" "$(grep -c 'RIM_[A-Z]*(' said) $(grep -c -i 'unknown frame\|wrong data\|failed' said)"

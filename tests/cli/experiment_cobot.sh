@@ -32,7 +32,7 @@ figure() {
   "$RIM_THESIS" experiment "$name" --runs 0 2> /dev/null; check "$name: no runs" 2 $?
 }
 
-figure table3.1 "--runs 1 --nominal 1 --calibration 2 --no-thesis"
+figure table3.1 "--runs 1 --nominal 1 --calibration 2 --no-thesis" parts
 contains "four failures" "$out" "^left turn"
 [ "$(cat again.txt)" = "$out" ]; check "the same table from a file" 0 $?
 RIM_DATA=$here "$RIM_THESIS" experiment table3.1 --runs 1 > /dev/null 2>&1; check "no world" 3 $?

@@ -3,6 +3,7 @@
 # report.html in a real headless browser: the sentence and every finding are on the page, what can be
 # touched shows the right numbers, nothing is fetched, no script is needed, no text covers another or leaves its picture, the page is not blank.
 # Skipped, saying so, where no browser is installed.
+# Mostly waits.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 cd "$here" || exit 1

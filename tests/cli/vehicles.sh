@@ -12,7 +12,7 @@ python3 test_vehicles.py > "$here/graders.txt" 2>&1; check "the graders themselv
 tail -4 "$here/graders.txt"
 
 # Shares of 13 faulty runs of each; by chance a core that is as good as asked for misses none of these. Half of the time is
-# the training, some 10 s a vehicle.
+# the training.
 vehicles=tank least=10
 is_long && vehicles=tank,engine least=20
 ./grade.py --rim "$RIM" --vehicles $vehicles --train 20 --per 1 --healthy 4 --base 33000 --quiet --keep "$here/campaign" \

@@ -150,10 +150,14 @@ void false_alarms_keep_the_promise(void **) {
     std::size_t runs;
     bool always = true; // not with RIM_LONG alone
   } cases[] = {
-      {Places::uniform, {6, 3, 300}, true, 400},    {Places::clustered, {6, 3, 300}, true, 300, false},
-      {Places::discrete, {4, 1, 700}, true, 300},   {Places::trajectory, {20, 2, 400}, true, 300},
-      {Places::uniform, {60, 1, 250}, true, 300},   {Places::trajectory, {60, 1, 250}, true, 300, false},
-      {Places::uniform, {6, 1, 200}, false, 100, false},   {Places::clustered, {20, 2, 100}, false, 100},
+      {Places::uniform, {6, 3, 300}, true, 400},
+      {Places::clustered, {6, 3, 300}, true, 300, false},
+      {Places::discrete, {4, 1, 700}, true, 300},
+      {Places::trajectory, {20, 2, 400}, true, 300},
+      {Places::uniform, {60, 1, 250}, true, 300},
+      {Places::trajectory, {60, 1, 250}, true, 300, false},
+      {Places::uniform, {6, 1, 200}, false, 100, false},
+      {Places::clustered, {20, 2, 100}, false, 100},
       {Places::trajectory, {4, 1, 250}, false, 100, false}};
   std::size_t uniform = 0;
   for (const auto &one : cases) {

@@ -34,7 +34,7 @@ MadeVehicle brief() {
   return made;
 }
 
-// 60 blocks in a run, in a quarter of the time; as many as usual, 240, with RIM_LONG (`make test-long`).
+// 60 blocks in a run, in a quarter of the time; as usual, 240, with RIM_LONG (`make test-long`).
 bool is_long() { return std::getenv("RIM_LONG") != nullptr; }
 constexpr double kBlock = 2.0; // s
 
