@@ -133,7 +133,7 @@ void it_is_predicted_as_well_as_the_others(void **) {
   assert_true(error > 0.5 * said && error < 2.0 * said);
 }
 
-// Runs differ by offsets, of which five runs tell little. Over two sets of five, and over eight with
+// Runs differ by offsets, of which five runs tell little. Over two sets of five, or eight with
 // RIM_LONG (`make test-long`), the promise of one alarm in six healthy flights holds.
 void a_few_runs_keep_their_promise(void **) {
   constexpr std::size_t taught = 5, flights = 12;
