@@ -308,8 +308,7 @@ static void effects_are_judged_from_half_a_run_on(void **state) {
   }
 }
 
-/* The ratio of the run's own effects after all blocks of w, where `runs` taught what runs differ by.
- */
+/* The ratio of the run's own effects after all blocks of w, where `runs` taught how they differ. */
 static double ratio_of_effects(const world *w, uint32_t runs) {
   static bench b;
   float maxima[CHANNELS * NOISE_FAMILIES] = {0};
