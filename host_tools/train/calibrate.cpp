@@ -45,8 +45,17 @@ void set_alarm(Thresholds *t, std::vector<float> maxima, const CalibrationOption
 
 ScoreSpread score_spread(std::vector<double> scores) {
   std::sort(scores.begin(), scores.end());
-  const double middle = scores[scores.size() / 2];
-  return {middle, scores[3 * scores.size() / 4] - middle};
+  const std::size_t n = scores.size(), half = n / 2, upper = n - 1 - half;
+  const double middle = scores[half];
+  const std::size_t odd = std::max<std::size_t>(1, n / 10);
+  if (upper <= odd)
+    return {middle, scores[3 * n / 4] - middle};
+  const std::size_t counted = upper - odd;
+  double sum = 0.0;
+  for (std::size_t i = half + 1; i <= half + counted; ++i)
+    sum += scores[i] - middle;
+  sum += static_cast<double>(odd) * (scores[half + counted] - middle);
+  return {middle, std::log(2.0) * sum / static_cast<double>(counted)};
 }
 
 double set_margin(double scale, std::size_t r) {

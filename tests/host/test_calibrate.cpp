@@ -80,8 +80,7 @@ void one_odd_run_does_not_set_the_alarm(void **) {
   };
   const auto near = [](double a, double b) { return std::abs(a - b) < 0.1; };
   const double second = static_cast<double>(alone[29]), largest = static_cast<double>(alone[30]);
-  const double scale = static_cast<double>(alone[23] - alone[15]) / std::log(2.0);
-  const double margin = scale * std::log(std::log(20.0)); // 1 - exp(-log(20)) = kSetsKept
+  const double margin = 2.0 * std::log(std::log(20.0)); // 1 - exp(-log(20)) = kSetsKept
   assert_true(near(alarm(alone, alone), largest + margin));
   rim::Thresholds limited;
   rim::set_alarm_from_runs(&limited, alone, alone, rim::CalibrationOptions{}, 1.0);
@@ -102,6 +101,30 @@ void one_odd_run_does_not_set_the_alarm(void **) {
   assert_true(alarm(odd, together) > second && alarm(odd, together) < second + 2.0 * margin);
   odd[9] = 145.0F; // more than a tenth of the runs: what runs do
   assert_true(alarm(odd, together) > 140.0);
+}
+
+// The spread is that of the tail they are drawn from, with one run far off or without. No single
+// score decides on it: 18 runs as those of SKAB, of which one is faulty, and one near the quartile.
+void the_spread_is_that_of_the_tail(void **) {
+  for (const std::size_t n : {12U, 18U, 50U, 100U}) {
+    std::vector<double> scores;
+    const auto count = static_cast<double>(n);
+    for (std::size_t i = 0; i < n; ++i)
+      scores.push_back(-3.0 * std::log(1.0 - (static_cast<double>(i) + 0.5) / count));
+    const double quartile = 3.0 * std::log(2.0);
+    assert_true(std::abs(rim::score_spread(scores).above - quartile) < 0.15 * quartile);
+    const double before = rim::score_spread(scores).above;
+    scores.back() = 500.0;
+    assert_true(rim::score_spread(scores).above == before);
+  }
+  std::vector<double> runs{0.1, 0.6, 0.8, 1.1, 1.4, 1.7, 1.8, 2.7, 2.9,
+                           3.2, 3.3, 3.4, 3.8, 3.9, 7.2, 7.3, 7.6, 24.2};
+  const double low = rim::score_spread(runs).unlike_bar();
+  runs[13] = 7.1;
+  const double high = rim::score_spread(runs).unlike_bar();
+  assert_true(low < runs.back() && high < 1.2 * low);
+  const std::vector<double> few{1.0, 4.0, 2.0};
+  assert_true(rim::score_spread(few).middle == 2.0 && rim::score_spread(few).above == 2.0);
 }
 
 // ---- features of regions ----
@@ -420,6 +443,7 @@ int main() {
       cmocka_unit_test(promises_follow_the_ranks),
       cmocka_unit_test(the_promise_holds_in_most_sets),
       cmocka_unit_test(one_odd_run_does_not_set_the_alarm),
+      cmocka_unit_test(the_spread_is_that_of_the_tail),
       cmocka_unit_test(the_most_telling_features_describe_regions),
       cmocka_unit_test(fresh_runs_alarm_no_more_often_than_promised),
       cmocka_unit_test(a_runs_own_score_is_by_the_others),

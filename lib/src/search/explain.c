@@ -28,10 +28,9 @@ double rimi_search_worth(const rim_search *s, uint32_t channel, const search_hyp
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
   const double inflation = (double)rimi_le_f32(c.phi, SEARCH_SINCE);
   const double shape = h->shape != SEARCH_CONSTANT ? 1.0 : 0.0;
-  /* Effects of the run say neither when nor where. */
-  const bool is_undated = h->family == SEARCH_FIELD && s->config.noise->runs > 0u;
+  const bool is_vague = h->family == SEARCH_FIELD; /* says neither when nor where */
   return (double)h->ln_ratio / inflation * (1.0 - COMPLEXITY * (parts[h->family] + shape)) -
-         rimi_search_description((search_family)h->family) - (is_undated ? SEARCH_VAGUE_NATS : 0.0);
+         rimi_search_description((search_family)h->family) - (is_vague ? SEARCH_VAGUE_NATS : 0.0);
 }
 
 static search_hypothesis best_in_time(const rim_search *s) {

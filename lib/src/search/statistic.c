@@ -294,11 +294,10 @@ static double square_form(uint32_t k, const double *v, const double *m) {
   return sum;
 }
 
-/* How much the run's effects surprise, nats. q: of all k of them; of_offset: the square of the
+/* How much the run's effects surprise, nats. of_all: all of them; of_offset: the square of the
  * offset alone in its own standard deviation, a chi-square of one degree. A sensor that is off from
  * the start shows in that, and among all effects hides behind those that are as usual. */
-static double surprise_of_effects(uint32_t k, uint32_t runs, double q, double of_offset) {
-  const double of_all = rimi_search_surprise(k, runs, q);
+static double surprise_of_effects(uint32_t runs, double of_all, double of_offset) {
   if (runs == 0u)
     return of_all - SEARCH_VAGUE_NATS;
   return rimi_max(of_all, rimi_search_surprise(1u, runs, of_offset)) - TWO_TESTS;
@@ -342,12 +341,17 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
       t_s < FIELD_FROM * s->config.noise->run_s)
     return;
   search_hypothesis h = {.family = SEARCH_FIELD, .onset = SEARCH_FROM_START};
-  h.ln_ratio = (float)surprise_of_effects(k, s->config.noise->runs, q, of_offset);
+  const uint32_t runs = s->config.noise->runs;
+  const double of_all = rimi_search_surprise(k, runs, q);
+  h.ln_ratio = (float)surprise_of_effects(runs, of_all, of_offset);
   h.shift = (float)shift;
   h.sd = (float)rimi_sqrt(rimi_max(var, 1e-12));
   h.blocks = s->held;
   set_score(s, &h);
   rimi_search_note(s, s->channel, &h);
+  /* An offset is explained by a shift, which says since when: here it counts as an effect like any
+   * other. */
+  h.ln_ratio = (float)of_all;
   s->in_time[SEARCH_FIELD] = h;
 }
 
