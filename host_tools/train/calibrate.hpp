@@ -56,7 +56,8 @@ void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
 
 // The middle of the runs' scores and how far their upper quartile lies above it: that of an
 // exponential tail, by the maximum likelihood of the upper half: a quartile of 18 runs is one
-// score, and as uncertain as that. The highest tenth may be unlike the others, and counts as the next one.
+// score, and as uncertain as that. The highest tenth may be unlike the others, and counts as the
+// next one.
 struct ScoreSpread {
   double middle = 0.0, above = 0.0;
   // The score beyond which a run is unlike the others: by ten times the others' own spread.
