@@ -177,8 +177,9 @@ Monitor::Monitor(std::vector<std::uint8_t> image, const std::string &name)
   }
   const std::string magic = RIM_IMAGE_MAGIC;
   const bool begins = std::string(image.begin(), image.end()).rfind(magic, 0) == 0;
+  const char *advice = status == RIM_E_VERSION ? "; `rim train` makes it anew from its logs" : "";
   throw DataError(name + (begins ? ": not a flight image for this version: " +
-                                       std::string(rim_status_text(status))
+                                       std::string(rim_status_text(status)) + advice
                                  : ": is no flight image (`rim train` writes one)"));
 }
 
