@@ -37,8 +37,8 @@ std::vector<rim::Log> thrusters(std::size_t commands, std::size_t runs, std::siz
 }
 
 void every_command_is_an_input(void **) {
-  // More than 20, which were all inputs once. The time goes with the square of their number: 30 with
-  // RIM_LONG (`make test-long`).
+  // More than 20, which were all inputs once. The time goes with the square of their number: 30
+  // with RIM_LONG (`make test-long`).
   const std::size_t commands = std::getenv("RIM_LONG") != nullptr ? 30 : 22;
   const Learnt l = learn(thrusters(commands, 10, 800));
   assert_true(basis_opens(l));
