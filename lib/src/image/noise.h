@@ -38,8 +38,8 @@
 #define NOISE_HEADER_WORDS 9u
 #define NOISE_CHANNEL_WORDS 12u
 #define NOISE_SIGMA_TERMS 5u
-/* ln sigma(x) stays within +- this: what is new in a block is 15 times larger where a lander brakes
- * than where it coasts. */
+/* ln sigma(x) stays within +- this. A controller's errors are far larger where a lander brakes than
+ * where it coasts; how far that may go is limited, for a scale is extrapolated as well. */
 #define NOISE_LN_SIGMA 2.0
 #define NOISE_DISTURBED 4.0
 #define NOISE_MOVED 4.0  /* a prediction's movement per block counts up to this, in its sd */
