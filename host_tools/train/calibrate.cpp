@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include <boost/math/distributions/gamma.hpp>
+#include <boost/math/distributions/normal.hpp>
 
 #include "image/image_writer.hpp"
 #include "stats/conformal.hpp"
@@ -49,19 +50,29 @@ ScoreSpread score_spread(std::vector<double> scores) {
   const double middle = scores[half];
   const std::size_t odd = std::max<std::size_t>(1, n / 10);
   if (upper <= odd)
-    return {middle, scores[3 * n / 4] - middle};
+    return {middle, scores[3 * n / 4] - middle, n, n - 1 - 3 * n / 4};
   const std::size_t counted = upper - odd;
   double sum = 0.0;
   for (std::size_t i = half + 1; i <= half + counted; ++i)
     sum += scores[i] - middle;
   sum += static_cast<double>(odd) * (scores[half + counted] - middle);
-  return {middle, std::log(2.0) * sum / static_cast<double>(counted)};
+  return {middle, std::log(2.0) * sum / static_cast<double>(counted), n, counted};
 }
 
-double set_margin(double scale, std::size_t r) {
+double set_margin(double scale, std::size_t r, double kept) {
   const auto shape = static_cast<double>(r);
-  const double most = boost::math::quantile(boost::math::gamma_distribution<>(shape), kSetsKept);
+  const double most = boost::math::quantile(boost::math::gamma_distribution<>(shape), kept);
   return scale * std::log(most / shape);
+}
+
+double tail_bound(const ScoreSpread &spread, double rate, double kept) {
+  const double scale = spread.above / std::log(2.0), far = std::log(0.5 / rate);
+  const auto shape = static_cast<double>(spread.counted);
+  const double most =
+      shape / boost::math::quantile(boost::math::gamma_distribution<>(shape), 1.0 - kept);
+  const double of_middle = boost::math::quantile(boost::math::normal_distribution<>(), kept) /
+                           std::sqrt(static_cast<double>(spread.runs));
+  return spread.middle + scale * (far + std::hypot(far * (most - 1.0), of_middle));
 }
 
 namespace {
@@ -109,9 +120,21 @@ void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
       counted[r] = std::max(second, std::min(together[r], alone[r]));
   }
   set_alarm(t, counted, options);
-  const std::size_t from_above = counted.size() - t->rank + 1;
-  const double margin = set_margin(spread.above / std::log(2.0), from_above);
-  t->alarm_score += static_cast<float>(std::min(margin, most_margin));
+  const std::size_t n = counted.size(), from_above = n - t->rank + 1;
+  const auto rate = static_cast<double>(t->promised_rate);
+  const double margin = set_margin(spread.above / std::log(2.0), from_above, kEachKept);
+  float alarm = t->alarm_score + static_cast<float>(std::min(margin, most_margin));
+  if (rate <= options.false_alarm + 1e-6) {
+    const auto bound_of = [&spread](double of) {
+      return static_cast<float>(tail_bound(spread, of, kEachKept));
+    };
+    std::sort(counted.begin(), counted.end());
+    for (std::size_t k = 1; 2 * k <= n; ++k)
+      counted[n - k] = std::min(counted[n - k], bound_of(conformal_rate(n, n - k + 1)));
+    set_alarm(t, counted, options);
+    alarm = std::min(alarm, std::max(bound_of(rate), t->alarm_score));
+  }
+  t->alarm_score = alarm;
 }
 
 namespace {

@@ -60,6 +60,7 @@ void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
 // next one.
 struct ScoreSpread {
   double middle = 0.0, above = 0.0;
+  std::size_t runs = 0, counted = 0; // and those that count in full in `above`
   // The score beyond which a run is unlike the others: by ten times the others' own spread.
   double unlike_bar() const { return middle + 10.0 * std::max(above, 2.0); }
 };
@@ -67,12 +68,24 @@ ScoreSpread score_spread(std::vector<double> scores); // of at least one run
 
 // The order statistic of a few dozen runs is itself uncertain: the rate that it lets through is
 // right in the mean over sets of runs, but in one set in seven it is twice as large. So much has to
-// be added that the promise holds in this share of the sets. The r-th largest of n scores with an
-// exponential tail of scale `scale` is exceeded at a rate of G / n, G of a gamma distribution of
+// be added that the promise holds in a share `kept` of the sets. The r-th largest of n scores with
+// an exponential tail of scale `scale` is exceeded at a rate of G / n, G of a gamma distribution of
 // shape r, and c further on at that rate times exp(-c / scale): c = scale log(q / r), where q is
-// the quantile of G. scale >= 0 nats, r >= 1; returns nats, 1.10 scale for r = 1, less for more.
-constexpr double kSetsKept = 0.95;
-double set_margin(double scale, std::size_t r);
+// the quantile of G. scale >= 0 nats, r >= 1; returns nats, 1.10 scale for r = 1 and 95 %, less for
+// more.
+double set_margin(double scale, std::size_t r, double kept);
+
+// The same promise by all scores of the upper half: what one run in 1 / rate exceeds by their
+// exponential tail, at most, in a share `kept` of the sets. Two odd runs of fifty move an order
+// statistic as far as they are odd, and this one hardly. The scale of the tail is counted / G of
+// that of the spread, G of a gamma distribution of shape `counted`; the middle's variance is
+// scale^2 / runs. 0 < rate <= 0.5; returns nats.
+double tail_bound(const ScoreSpread &spread, double rate, double kept);
+
+// The alarm is the lower one of the two bounds above, each of which holds in this share of sets ...
+constexpr double kEachKept = 0.95;
+// ... so that the rate that was asked for holds in this share at least.
+constexpr double kSetsKept = 0.90;
 // Nats, where runs are learnt again: the scale of a few scores is hardly known itself. Where it is
 // the limit, the promise is that of the order statistic, an average over sets of runs.
 constexpr double kMostMarginOfFew = 4.0;
@@ -85,7 +98,8 @@ constexpr double kMostMarginOfFew = 4.0;
 // (ScoreSpread), up to a tenth of all, count as much as that: models that had not seen their like
 // judged them; the image has, and its inflation of the channels that deviate in them is raised to
 // that score. set_margin() is added for the set of runs that one happens to have, at most
-// most_margin nats. At least two runs.
+// most_margin nats. Where so many runs can keep the promise, no run counts more than tail_bound()
+// of its place from above. At least two runs.
 void set_alarm_from_runs(Thresholds *thresholds, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options,
                          double most_margin = std::numeric_limits<double>::infinity());

@@ -112,6 +112,39 @@ std::string highest_runs(const Training &training) {
                       : "");
 }
 
+// How the alarm's score follows from the runs' scores.
+std::string alarm_sentence(const Training &training, double promised, double false_alarm) {
+  const Thresholds &t = training.plan.thresholds;
+  const std::size_t runs = t.maxima.size();
+  const auto alarm = static_cast<double>(t.alarm_score);
+  std::vector<double> all;
+  for (const RunScore &s : training.scores)
+    all.push_back(s.score);
+  std::sort(all.begin(), all.end());
+  const std::string place =
+      t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest";
+  const std::string kept = fmt::format(
+      "\n  {:.3g} % holds in {:.0f} of 100 sets of runs that one may happen to learn from\n",
+      100.0 * std::max(promised, false_alarm), 100.0 * kSetsKept);
+  const bool by_tail = promised <= false_alarm * (1.0 + 1e-6) &&
+                       alarm < tail_bound(score_spread(all), promised, kEachKept) + 1e-3;
+  if (by_tail) {
+    return fmt::format("  alarm at score {:.3g}: by the tail of the upper half of the {} runs' "
+                       "largest scores, which is\n  lower than by the {} of them ({:.3g});{}",
+                       alarm, runs, place, all[t.rank - 1], kept);
+  }
+  const double margin = alarm - static_cast<double>(t.maxima[t.rank - 1]);
+  const bool is_limited = is_learnt_again(runs, training.plan.layout.external) &&
+                          margin > kMostMarginOfFew - 1e-3;
+  return fmt::format(
+      "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}) and "
+      "{:.2g} more;{}",
+      alarm, place, runs, static_cast<double>(t.maxima.front()),
+      static_cast<double>(t.maxima.back()), margin,
+      is_limited ? "\n  the most for so few runs: the promise is an average over sets of runs\n"
+                 : kept);
+}
+
 } // namespace
 
 std::string choice_report(const Training &training) {
@@ -144,22 +177,9 @@ std::string promise_report(const Training &training, double false_alarm) {
         runs, 100.0 / static_cast<double>(runs + 1), 100.0 * false_alarm,
         std::ceil(1.0 / false_alarm - 1e-9) - 1.0, 100.0 * false_alarm);
   }
-  const auto margin = static_cast<double>(t.alarm_score - t.maxima[t.rank - 1]);
-  const bool is_limited = is_learnt_again(runs, training.plan.layout.external) &&
-                          margin > kMostMarginOfFew - 1e-3;
-  text += fmt::format(
-      "  promised: at most {:.1f} % of healthy runs raise any alarm\n"
-      "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}) and "
-      "{:.2g} "
-      "more,\n  {}\n",
-      100.0 * promised, static_cast<double>(t.alarm_score),
-      t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest", runs,
-      static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()), margin,
-      is_limited ? "the most for so few runs: the promise is an average over sets of runs"
-                 : fmt::format("for the promise to hold in {:.0f} of 100 sets of runs that one may "
-                               "happen to learn from",
-                               100.0 * kSetsKept));
-  return text + highest_runs(training);
+  text += fmt::format("  promised: at most {:.1f} % of healthy runs raise any alarm\n",
+                      100.0 * promised);
+  return text + alarm_sentence(training, promised, false_alarm) + highest_runs(training);
 }
 
 std::string image_report(const std::vector<std::uint8_t> &image) {
