@@ -40,6 +40,9 @@ vehicles-simulated: host ## grade rim on machines of JSBSim, MuJoCo and RocketPy
 	@$(BUILD)/simulators/bin/python tests/vehicles/grade.py --rim $(BUILD)/rim --module tests/vehicles/simulators/machines.py \
 	  --train 30 --healthy 30 --per 3 --base $(BASE) --jobs $(TEST_JOBS)
 
+# As in host_tools: some tests at a time are compiled as one program, which has all their names.
+TEST_GROUPS := $(if $(GROUPS),1 2 3)
+
 .PHONY: test-run test-build test-missing
 test-missing:
 	@fail=0; for s in $(LIB_SRC); do m=$$(basename $$s .c); \
@@ -47,7 +50,8 @@ test-missing:
 	  [ -f tests/lib/test_$$m.c ] || { echo "$$s has no tests/lib/test_$$m.c" >&2; fail=1; }; \
 	done; exit $$fail
 
-test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis $(if $(SANITIZE),,python-objects)
+# The groups first: they take longest to compile, and small objects fill up what is left at the end.
+test-build: test-missing $(TEST_GROUPS:%=$(BUILD)/tests/host/group_%.o) $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis $(if $(SANITIZE),,python-objects)
 
 # The commands come last: they take longest.
 test-run: test-build
@@ -83,11 +87,10 @@ $(BUILD)/tests/host/%.o: tests/host/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
 	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
-# As in host_tools: some tests at a time are compiled as one program, which has all their names.
-TEST_GROUPS := $(if $(GROUPS),1 2 3 4 5 6)
 TEST_GROUP_BIN := $(TEST_GROUPS:%=$(BUILD)/tests/host/group_%)
-# $(call group_tests,N): every sixth test, from the N-th on.
-group_tests = $(shell echo $(TEST_HOST_SRC) | tr ' ' '\n' | awk 'NR % $(words $(TEST_GROUPS)) == $(1) % $(words $(TEST_GROUPS))')
+# $(call group_tests,N): the N-th third by size. Neighbours by name need the same templates.
+group_tests = $(shell wc -c $(TEST_HOST_SRC) | awk '$$2 != "total" {size[NR] = $$1; name[NR] = $$2; all += $$1; n = NR} \
+  END {for (i = 1; i <= n; i++) {if (int($(words $(TEST_GROUPS)) * (before + size[i] / 2) / all) == $(1) - 1) print name[i]; before += size[i]}}')
 define test_group
 TEST_GROUP_$(1) := $$(call group_tests,$(1))
 $$(BUILD)/tests/host/group_$(1).cpp: $$(TEST_GROUP_$(1)) FORCE
