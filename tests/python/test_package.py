@@ -267,7 +267,7 @@ def test_version():
 def learnt_once():
     """Many examples begin with the same model or diagnosis: here each of these is made once, of tables of the
     same values and, where a simulation is given, the same predictions. A diagnosis gets half of the rows, for a
-    fifth of the time, but for RIM_LONG: the notebook makes the same one of all."""
+    fifth of the time, but for RIM_LONG."""
     places = [(rimwatch, "train"), (rimwatch.detector, "train"), (rimwatch, "diagnose"), (rimwatch.example, "diagnose"),
               (rimwatch, "example_logs"), (rimwatch, "example_diagnosis")]
     made = [(module, name, getattr(module, name)) for module, name in places]
