@@ -122,10 +122,12 @@ if [ $count -eq 40 ]; then
     echo "skipped: neighbours.py needs numpy"; skipped=$((skipped + 1))
   fi
   # Dead bands before a lag: a boat's rudder, a spool, a damper with dead time.
-  printf 'found 1\nall 1\ngain_tenth .95\nfalse 0\nworse 0\n' > floors.txt
-  "$hidden/channels.py" --rim "$RIM" --drawer valves.py --seed 422000 --count "$(is_long && echo 2 || echo 1)" --floors floors.txt > channels.txt 2>&1
-  check "dead bands before a lag" 0 $?
-  cat channels.txt
+  if is_long; then
+    printf 'found 1\nall 1\ngain_tenth .95\nfalse 0\nworse 0\n' > floors.txt
+    "$hidden/channels.py" --rim "$RIM" --drawer valves.py --seed 422000 --count 2 --floors floors.txt > channels.txt 2>&1
+    check "dead bands before a lag" 0 $?
+    cat channels.txt
+  fi
 else
   seeds='' campaign rim $first $count
   check "no failed diagnosis under the sanitizers" 0.0 "$(value rim 'no usable diagnosis')"
