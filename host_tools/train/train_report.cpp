@@ -108,7 +108,8 @@ std::string highest_runs(const Training &training) {
   return wrapped(told, "  ") +
          (counts_less ? "  the highest run counts as much as where it is among those that taught, "
                         "but no\n  less than the next one; runs unlike the others count as the "
-                        "next one\n"
+                        "next one; and none\n  counts more than the tail of the others allows in "
+                        "its place\n"
                       : "");
 }
 
@@ -127,7 +128,7 @@ std::string alarm_sentence(const Training &training, double promised, double fal
       "\n  {:.3g} % holds in {:.0f} of 100 sets of runs that one may happen to learn from\n",
       100.0 * std::max(promised, false_alarm), 100.0 * kSetsKept);
   const bool by_tail = promised <= false_alarm * (1.0 + 1e-6) &&
-                       alarm < tail_bound(score_spread(all), promised, kEachKept) + 1e-3;
+                       alarm > tail_bound(score_spread(all), promised, kEachKept) - 1e-3;
   if (by_tail) {
     return fmt::format("  alarm at score {:.3g}: by the tail of the upper half of the {} runs' "
                        "largest scores, which is\n  lower than by the {} of them ({:.3g});{}",
