@@ -117,9 +117,9 @@ static uint64_t flown(const recipe *r, fault of, uint32_t *records) {
 static void records_keep_their_bits(void **state) {
   (void)state;
   static const uint64_t expected[FAULTS] = {
-      UINT64_C(0x5cc0864369f21e6a), UINT64_C(0x515afafbc57e9e62), UINT64_C(0xab4621a749b337de),
+      UINT64_C(0x68cc7def32bd7527), UINT64_C(0x515afafbc57e9e62), UINT64_C(0xab4621a749b337de),
       UINT64_C(0xc1f7306eae91f596), UINT64_C(0x87e4dd3c61522546), UINT64_C(0x8fca7e79b6807fb8),
-      UINT64_C(0x3dd63cbbafb9fd55), UINT64_C(0xc4eabcf51a42a018), UINT64_C(0x5a5491483294a608),
+      UINT64_C(0x3dd63cbbafb9fd55), UINT64_C(0xf58a7a69ff6794cd), UINT64_C(0x5a5491483294a608),
       UINT64_C(0xd5c466cb5cc3948c), UINT64_C(0xb016adb2c1b9cd7d)};
   recipe of[3] = {calibrated[0], calibrated[0], calibrated[0]};
   put_rows(&of[1], AGREEMENT_RESIDUALS, AGREEMENT_RESIDUALS, 0.0, 0.5);

@@ -13,7 +13,8 @@
 #define MUCH_LIKELIER 0.3 /* share of these nats that the contrary's baseline may have */
 #define AS_GOOD 0.5       /* of the score: what the contrary explains at least */
 #define CONTRARY 4u
-#define CLEARLY 4.0 /* nats that the contrary is likelier by, its baseline counted */
+#define CLEARLY 4.0 /* nats that the contrary is likelier by, its baseline counted ... */
+#define BY_BASELINE 2.0 /* ... of which so many by that: ratios also differ by their shapes */
 
 double rimi_search_baseline(rim_search *s, const search_hypothesis *h) {
   const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
@@ -73,7 +74,8 @@ bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothe
     const double left = rimi_search_baseline(s, &other[i]);
     const bool is_likelier =
         left <= MUCH_LIKELIER * nats ||
-        (!is_known && (double)other[i].score - left >= (double)h->score - nats + CLEARLY);
+        (!is_known && nats - left >= BY_BASELINE &&
+         (double)other[i].score - left >= (double)h->score - nats + CLEARLY);
     if (is_likelier && left < least) {
       least = left;
       best = &other[i];
