@@ -222,6 +222,24 @@ static void what_was_said_first_needs_more(void **state) {
   }
 }
 
+/* Both sides of the edge are off, by `inside` and `outside`: what says so, and their baselines. */
+typedef struct two_sides {
+  search_hypothesis h, rest;
+  double nats, left;
+} two_sides;
+
+static two_sides both_off(bench *b, uint32_t seed, double inside, double outside) {
+  const world w = planted(seed, inside, outside);
+  start(b, &w, BLOCKS);
+  feed(b, 0, BLOCKS, TURN);
+  two_sides both = {region(EDGE_BIN, SEARCH_BINS - 1), region(0, EDGE_BIN - 1), 0.0, 0.0};
+  assert_true(rimi_search_evaluate_channel(b->search, 0, &both.rest) && both.rest.shift < 0.0f);
+  assert_true(rimi_search_evaluate_channel(b->search, 0, &both.h) && both.h.shift > 0.0f);
+  both.nats = rimi_search_baseline(b->search, &both.h);
+  both.left = rimi_search_baseline(b->search, &both.rest);
+  return both;
+}
+
 /* Both are off by as much, so that their baselines are alike: the ratio alone, which differs by
  * shapes too, turns no sign. */
 static void ratios_alone_turn_no_sign(void **state) {
@@ -229,20 +247,13 @@ static void ratios_alone_turn_no_sign(void **state) {
   static bench b;
   uint32_t cases = 0;
   for (uint32_t seed = 0; seed < 96; ++seed) {
-    const world w = planted(seed, 7.5, -7.5);
-    start(&b, &w, BLOCKS);
-    feed(&b, 0, BLOCKS, TURN);
-    search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1), rest = region(0, EDGE_BIN - 1);
-    assert_true(rimi_search_evaluate_channel(b.search, 0, &rest) && rest.shift < 0.0f);
-    assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && h.shift > 0.0f);
-    const double nats = rimi_search_baseline(b.search, &h);
-    const double left = rimi_search_baseline(b.search, &rest);
-    if (!(left < nats && left > nats - 1.5))
+    const two_sides both = both_off(&b, seed, 7.5, -7.5);
+    if (!(both.left < both.nats && both.left > both.nats - 1.5))
       continue; /* the noise of this run made it another case */
     ++cases;
-    search_hypothesis said = h;
+    search_hypothesis said = both.h;
     double onset_sd;
-    said.score = rest.score - 20.0f;
+    said.score = both.rest.score - 20.0f;
     assert_false(rimi_search_against_nominal(b.search, 0, &said, false, &onset_sd));
     assert_true(said.shift > 0.0f);
   }
@@ -257,22 +268,16 @@ static void the_likelier_of_two_baselines_is_said(void **state) {
   static bench b;
   uint32_t cases = 0;
   for (uint32_t seed = 0; seed < 8; ++seed) {
-    const world w = planted(seed, 6.0, -9.0);
-    start(&b, &w, BLOCKS);
-    feed(&b, 0, BLOCKS, TURN);
-    search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1), rest = region(0, EDGE_BIN - 1);
-    assert_true(rimi_search_evaluate_channel(b.search, 0, &rest) && rest.shift < 0.0f);
-    assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && h.shift > 0.0f);
-    const double nats = rimi_search_baseline(b.search, &h);
-    const double left = rimi_search_baseline(b.search, &rest);
-    if (left < 0.35 * nats || rest.score - left < h.score - nats + 5.0)
+    const two_sides both = both_off(&b, seed, 6.0, -9.0);
+    if (both.left < 0.35 * both.nats ||
+        both.rest.score - both.left < both.h.score - both.nats + 5.0)
       continue; /* the noise of this run made it another case */
     ++cases;
     for (int is_known = 0; is_known < 2; ++is_known) {
-      search_hypothesis said = h;
+      search_hypothesis said = both.h;
       double onset_sd;
       if (is_known) /* small enough for its baseline to be looked at */
-        said.score = (float)rimi_min((double)h.score, 19.0 * (nats - 2.0));
+        said.score = (float)rimi_min((double)both.h.score, 19.0 * (both.nats - 2.0));
       const bool turned = rimi_search_against_nominal(b.search, 0, &said, is_known, &onset_sd);
       assert_int_equal(turned, !is_known);
       assert_true(turned ? said.shift < 0.0f : said.shift > 0.0f);
