@@ -23,6 +23,7 @@ struct Thresholds {
   float alarm_score = 1e30F;
   float warn_score = 1e30F;
   float promised_rate = 1.0F; // run-level false alarms
+  bool by_tail = false;       // alarm_score is tail_bound() of train/; not in the image
 };
 
 struct FlightPlan {

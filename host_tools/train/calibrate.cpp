@@ -123,18 +123,20 @@ void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
   const std::size_t n = counted.size(), from_above = n - t->rank + 1;
   const auto rate = static_cast<double>(t->promised_rate);
   const double margin = set_margin(spread.above / std::log(2.0), from_above, kEachKept);
-  float alarm = t->alarm_score + static_cast<float>(std::min(margin, most_margin));
-  if (rate <= options.false_alarm + 1e-6) {
-    const auto bound_of = [&spread](double of) {
-      return static_cast<float>(tail_bound(spread, of, kEachKept));
-    };
-    std::sort(counted.begin(), counted.end());
-    for (std::size_t k = 1; 2 * k <= n; ++k)
-      counted[n - k] = std::min(counted[n - k], bound_of(conformal_rate(n, n - k + 1)));
-    set_alarm(t, counted, options);
-    alarm = std::min(alarm, std::max(bound_of(rate), t->alarm_score));
+  const float by_order = t->alarm_score + static_cast<float>(std::min(margin, most_margin));
+  if (rate <= std::min(options.false_alarm + 1e-6, 0.5) && spread.counted > 0) {
+    std::vector<float> capped = t->maxima;
+    for (std::size_t k = 1; 2 * k <= n; ++k) {
+      const double most = tail_bound(spread, conformal_rate(n, n - k + 1), kEachKept);
+      capped[n - k] = std::min(capped[n - k], static_cast<float>(most));
+    }
+    set_alarm(t, capped, options);
+    const auto bound = static_cast<float>(tail_bound(spread, rate, kEachKept));
+    t->by_tail = bound < by_order;
+    t->alarm_score = t->by_tail ? std::max(bound, t->alarm_score) : by_order;
+  } else {
+    t->alarm_score = by_order;
   }
-  t->alarm_score = alarm;
 }
 
 namespace {

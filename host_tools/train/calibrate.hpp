@@ -79,13 +79,14 @@ double set_margin(double scale, std::size_t r, double kept);
 // exponential tail, at most, in a share `kept` of the sets. Two odd runs of fifty move an order
 // statistic as far as they are odd, and this one hardly. The scale of the tail is counted / G of
 // that of the spread, G of a gamma distribution of shape `counted`; the middle's variance is
-// scale^2 / runs. 0 < rate <= 0.5; returns nats.
+// scale^2 / runs. spread.counted >= 1, 0 < rate <= 0.5; returns nats.
 double tail_bound(const ScoreSpread &spread, double rate, double kept);
 
 // The alarm is the lower one of the two bounds above, each of which holds in this share of sets ...
 constexpr double kEachKept = 0.95;
-// ... so that the rate that was asked for holds in this share at least.
-constexpr double kSetsKept = 0.90;
+// ... so that the rate that was asked for, or else the one promised, holds in this share at least,
+// where the tail is exponential. Few runs hardly know the scale of set_margin().
+constexpr double sets_kept(std::size_t runs) { return runs < 30 ? 0.85 : 0.90; }
 // Nats, where runs are learnt again: the scale of a few scores is hardly known itself. Where it is
 // the limit, the promise is that of the order statistic, an average over sets of runs.
 constexpr double kMostMarginOfFew = 4.0;
@@ -98,8 +99,8 @@ constexpr double kMostMarginOfFew = 4.0;
 // (ScoreSpread), up to a tenth of all, count as much as that: models that had not seen their like
 // judged them; the image has, and its inflation of the channels that deviate in them is raised to
 // that score. set_margin() is added for the set of runs that one happens to have, at most
-// most_margin nats. Where so many runs can keep the promise, no run counts more than tail_bound()
-// of its place from above. At least two runs.
+// most_margin nats. Where so many runs can keep the promise, and that in the upper half of the
+// scores, no run counts more than tail_bound() of its place from above. At least two runs.
 void set_alarm_from_runs(Thresholds *thresholds, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options,
                          double most_margin = std::numeric_limits<double>::infinity());

@@ -118,18 +118,16 @@ std::string alarm_sentence(const Training &training, double promised, double fal
   const Thresholds &t = training.plan.thresholds;
   const std::size_t runs = t.maxima.size();
   const auto alarm = static_cast<double>(t.alarm_score);
-  std::vector<double> all;
-  for (const RunScore &s : training.scores)
-    all.push_back(s.score);
-  std::sort(all.begin(), all.end());
   const std::string place =
       t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest";
   const std::string kept = fmt::format(
       "\n  {:.3g} % holds in {:.0f} of 100 sets of runs that one may happen to learn from\n",
-      100.0 * std::max(promised, false_alarm), 100.0 * kSetsKept);
-  const bool by_tail = promised <= false_alarm * (1.0 + 1e-6) &&
-                       alarm > tail_bound(score_spread(all), promised, kEachKept) - 1e-3;
-  if (by_tail) {
+      100.0 * std::max(promised, false_alarm), 100.0 * sets_kept(runs));
+  if (t.by_tail) {
+    std::vector<double> all;
+    for (const RunScore &s : training.scores)
+      all.push_back(s.score);
+    std::sort(all.begin(), all.end());
     return fmt::format("  alarm at score {:.3g}: by the tail of the upper half of the {} runs' "
                        "largest scores, which is\n  lower than by the {} of them ({:.3g});{}",
                        alarm, runs, place, all[t.rank - 1], kept);

@@ -63,7 +63,7 @@ double share_of_sets_kept(std::size_t n, double rate, const Threshold &threshold
 
 // The threshold lets more than the promise through in no more of the sets than said.
 void the_promise_holds_in_most_sets(void **) {
-  for (const std::size_t n : {30U, 100U, 300U}) {
+  for (const std::size_t n : {12U, 20U, 29U, 30U, 50U, 100U, 300U}) {
     const rim::Promise promise = rim::promise_for(n, 0.05);
     const double by_order = share_of_sets_kept(n, promise.rate, [&](const auto &scores) {
       return scores[promise.rank - 1] +
@@ -72,7 +72,8 @@ void the_promise_holds_in_most_sets(void **) {
     const double by_tail = share_of_sets_kept(n, promise.rate, [&](const auto &scores) {
       return rim::tail_bound(rim::score_spread(scores), promise.rate, rim::kEachKept);
     });
-    const double by_both = share_of_sets_kept(n, 0.05, [&](const auto &scores) {
+    const double asked = std::max(promise.rate, 0.05);
+    const double by_both = share_of_sets_kept(n, asked, [&](const auto &scores) {
       const std::vector<float> alone(scores.begin(), scores.end());
       rim::Thresholds t;
       rim::set_alarm_from_runs(&t, alone, alone, rim::CalibrationOptions{});
@@ -82,7 +83,7 @@ void the_promise_holds_in_most_sets(void **) {
                   by_both);
     assert_true(std::abs(by_order - rim::kEachKept) < 0.02); // four standard errors
     assert_true(std::abs(by_tail - rim::kEachKept) < 0.02);
-    assert_true(by_both > rim::kSetsKept);
+    assert_true(by_both > rim::sets_kept(n));
   }
 }
 
@@ -99,14 +100,33 @@ void odd_runs_count_as_their_place(void **) {
     const auto above = std::count_if(t.maxima.begin(), t.maxima.end(),
                                      [&t](float m) { return m > t.alarm_score; });
     assert_true(above < static_cast<std::ptrdiff_t>(t.maxima.size() - t.rank + 1));
-    return static_cast<double>(t.alarm_score);
+    return t;
   };
-  const double usual = calibrated(scores);
+  const rim::Thresholds usual = calibrated(scores);
   scores[10] = 18.0F;
   scores[20] = 17.0F;
-  const double odd = calibrated(scores);
-  print_message("alarm %.2f, with two odd runs %.2f\n", usual, odd);
-  assert_true(usual > 5.0 && odd > usual && odd < 17.0 - 4.0); // the lower one of the two: 17
+  const rim::Thresholds odd = calibrated(scores);
+  print_message("alarm %.2f, with two odd runs %.2f\n", static_cast<double>(usual.alarm_score),
+                static_cast<double>(odd.alarm_score));
+  assert_true(usual.alarm_score > 5.0F && odd.alarm_score > usual.alarm_score);
+  assert_true(odd.by_tail && odd.alarm_score < 17.0F - 4.0F); // the lower one of the two: 17
+}
+
+// Of three runs, or at a rate beyond the upper half, no tail is known: the order statistic counts.
+void a_tail_that_is_not_known_bounds_nothing(void **) {
+  for (const double rate : {0.3, 0.5, 0.9}) {
+    for (const std::size_t n : {2U, 3U, 4U, 20U}) {
+      std::vector<float> scores;
+      for (std::size_t i = 0; i < n; ++i)
+        scores.push_back(static_cast<float>(i));
+      rim::CalibrationOptions options;
+      options.false_alarm = rate;
+      rim::Thresholds t;
+      rim::set_alarm_from_runs(&t, scores, scores, options);
+      assert_true(std::isfinite(t.alarm_score) && t.alarm_score >= t.maxima[t.rank - 1]);
+      assert_true(!t.by_tail || (n > 3 && rate <= 0.5));
+    }
+  }
 }
 
 // One odd run moves the alarm no further than its score by the image's own inflation, and runs
@@ -488,6 +508,7 @@ int main() {
       cmocka_unit_test(promises_follow_the_ranks),
       cmocka_unit_test(the_promise_holds_in_most_sets),
       cmocka_unit_test(odd_runs_count_as_their_place),
+      cmocka_unit_test(a_tail_that_is_not_known_bounds_nothing),
       cmocka_unit_test(one_odd_run_does_not_set_the_alarm),
       cmocka_unit_test(the_spread_is_that_of_the_tail),
       cmocka_unit_test(the_most_telling_features_describe_regions),
