@@ -375,7 +375,7 @@ private:
     return channel_variance(remains_, from_.runs.size()) < kMustWin * of_channel &&
            (across == Across::all_blocks || is_close);
   }
-  void take_integral(const std::vector<Integral> &of);
+  void take_integral(const std::vector<Integral> &plain);
   void take(int which, double of_behaviour) {
     source = which;
     error = of_behaviour;
@@ -466,7 +466,8 @@ void Choice::try_quadratic(Across across, Fit fit) {
   take(AGREEMENT_QUADRATIC, of_behaviour);
 }
 
-void Choice::take_integral(const std::vector<Integral> &of) {
+void Choice::take_integral(const std::vector<Integral> &plain) {
+  const std::vector<Integral> of = with_constant(a_, from_.runs, j_, plain);
   std::vector<Eigen::VectorXd> change;
   for (std::size_t r = 0; r < remains_.size(); ++r) {
     Summed sum = summed(a_, from_.runs, r, j_, of[from_.runs.fold(r)]);
@@ -664,6 +665,8 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
     a.row(j, 0) = choice.source;
     if (choice.source == AGREEMENT_INTO)
       a.row(j, 1) = static_cast<double>(choice.into);
+    if (choice.source == AGREEMENT_INTEGRAL)
+      a.row(j, 1) = choice.integral.constant;
     a.row(j, 2) = choice.integrand;
     if (choice.source == AGREEMENT_RESIDUALS && choice.weight.size() > 0)
       a.row.row(j).tail(total) = choice.weight.transpose();

@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kIntegrandWins = 0.05; // part by which each integrand must lower the squared error
 constexpr double kProductWins = 0.2;    // part of what a product explains that is not counted
+constexpr double kConstantWins = 0.8;   // of the squares of what remains, at most, with a constant
 
 // Integrands over the time from block to block, in standard deviations, each integrand being later
 // than what integrates it by `lag` blocks.
@@ -136,10 +137,42 @@ std::vector<Integral> with_lag(const Agreement &a, const RunStore &runs, Eigen::
   return all;
 }
 
+std::vector<Integral> with_constant(const Agreement &a, const RunStore &runs, Eigen::Index outcome,
+                                    std::vector<Integral> of) {
+  // Of every fold's relation: what it leaves of the changes, summed up over the runs it learnt from.
+  std::vector<double> left(of.size(), 0.0), blocks(of.size(), 0.0);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const BlockRun &run = runs[r];
+    const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
+    for (std::size_t f = 0; f < of.size(); ++f) {
+      if (r % kFolds == f)
+        continue;
+      const Eigen::VectorXd change = integrated(a, *wide, of[f].lag) * of[f].weight;
+      for (Eigen::Index i = 1; i < run.blocks(); ++i) {
+        if (!run.follows[static_cast<std::size_t>(i)])
+          continue;
+        left[f] += run.outcome(i, outcome) - run.outcome(i - 1, outcome) - change[i];
+        blocks[f] += 1.0;
+      }
+    }
+  }
+  std::vector<Integral> with = of;
+  for (std::size_t f = 0; f < of.size(); ++f)
+    with[f].constant =
+        static_cast<double>(static_cast<float>(left[f] / std::max(blocks[f], 1.0)));
+  double without = 0.0, squares = 0.0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    without += summed(a, runs, r, outcome, of[runs.fold(r)]).remains.squaredNorm();
+    squares += summed(a, runs, r, outcome, with[runs.fold(r)]).remains.squaredNorm();
+  }
+  return squares <= kConstantWins * without ? with : of;
+}
+
 Summed summed(const Agreement &a, const RunStore &runs, std::size_t r, Eigen::Index outcome,
               const Integral &of) {
   const BlockRun &run = runs[r];
-  const Eigen::VectorXd change = integrated(a, *runs.wide(r), of.lag) * of.weight;
+  const Eigen::VectorXd change =
+      (integrated(a, *runs.wide(r), of.lag) * of.weight).array() + of.constant;
   Summed sum{Eigen::VectorXd::Zero(run.blocks()), Eigen::VectorXd::Zero(run.blocks())};
   for (Eigen::Index i = 1; i < run.blocks(); ++i) {
     sum.remains[i] = sum.remains[i - 1];

@@ -30,17 +30,23 @@ std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement
 double mostly_integrated(const Agreement &a, const Layout &layout, const Eigen::VectorXd &weight,
                          const RunStore &runs);
 
-// An outcome as the integral of a few others: weights of all integrands, and by how many blocks the
-// outcome's reading is later than theirs.
+// An outcome as the integral of a few others: weights of all integrands, by how many blocks the
+// outcome's reading is later than theirs, and what it changes by beside, per block, in its unit.
 struct Integral {
   Eigen::VectorXd weight;
-  double lag = 0.0;
+  double lag = 0.0, constant = 0.0;
 };
 
 // Of `outcome`, from weights without a lag of the integrands named; per fold left out, and of all.
 std::vector<Integral> with_lag(const Agreement &a, const RunStore &runs, Eigen::Index outcome,
                                const std::vector<Eigen::Index> &columns,
                                const std::vector<Eigen::VectorXd> &weight);
+
+// The same with a constant, where that lowers the squares of what remains in `runs`, each by what the
+// others taught, to kConstantWins of them or less: a speed gains g t beside what an accelerometer
+// reads, a battery feeds what no current sensor sees. Otherwise as they are.
+std::vector<Integral> with_constant(const Agreement &a, const RunStore &runs, Eigen::Index outcome,
+                                    std::vector<Integral> of);
 
 // What the flight code sums up over a run: what remains of the outcome, and what was integrated.
 struct Summed {

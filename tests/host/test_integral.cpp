@@ -24,8 +24,9 @@ constexpr double kGain = 0.2; // of the integral, per row
 constexpr double kNoise = 0.001;
 
 // A rate that changes slowly, read exactly, and its integral, read `late` rows late; between the
-// readings the rate stays. From block 40 on the rate's reading is biased.
-rim::BlockRun turning(std::uint64_t seed, double late, double bias) {
+// readings the rate stays. From block 40 on the rate's reading is biased. The integral gains `drift`
+// per row beside, of which nothing reads.
+rim::BlockRun turning(std::uint64_t seed, double late, double bias, double drift = 0.0) {
   rim_rng rng;
   rimi_rng_seed(&rng, seed, 3);
   const double n = static_cast<double>(kRowsPerBlock), phase = 6.0 * rimi_rng_uniform(&rng);
@@ -43,7 +44,7 @@ rim::BlockRun turning(std::uint64_t seed, double late, double bias) {
     for (Eigen::Index k = 0; k < kRowsPerBlock; ++k) {
       const double t = static_cast<double>(b * kRowsPerBlock + k);
       const double rate = std::sin(t / 31.0 + phase) + 0.5 * std::sin(t / 13.0);
-      angle += kGain * 0.5 * (rate + before);
+      angle += kGain * 0.5 * (rate + before) + drift;
       before = rate;
       const double read = rate + (b >= kBlocks / 2 ? bias : 0.0);
       mean += read / n;
@@ -60,14 +61,14 @@ rim::BlockRun turning(std::uint64_t seed, double late, double bias) {
 
 struct Learnt {
   rim::Agreement a;
-  rim::Integral plain, lagging;    // of all runs
-  double left_plain, left_lagging; // largest remainder of a run that was not learnt from
+  rim::Integral plain, lagging, whole; // of all runs; whole: with a constant, where that is better
+  double left_plain, left_lagging, left_whole; // largest remainder of a run that was not learnt from
 };
 
-Learnt learn(double late, double bias) {
+Learnt learn(double late, double bias, double drift = 0.0) {
   std::vector<rim::BlockRun> runs;
   for (std::size_t r = 0; r < kRuns; ++r)
-    runs.push_back(turning(kSeed + r, late, 0.0));
+    runs.push_back(turning(kSeed + r, late, 0.0, drift));
   const rim::RunStore store(runs);
   rim::Layout layout;
   layout.feature_names = {"s.angle_rad", "s.rate_radps"};
@@ -82,11 +83,14 @@ Learnt learn(double late, double bias) {
   assert_int_equal(columns.size(), 1);
   const rim::Fit fit = rim::plain_fit(changes, columns, 0);
   l.plain = {fit.weight.back(), 0.0};
-  l.lagging = rim::with_lag(l.a, store, 0, columns, fit.weight).back();
-  const rim::RunStore fresh({turning(kSeed + 100, late, bias)});
+  const std::vector<rim::Integral> of_folds = rim::with_lag(l.a, store, 0, columns, fit.weight);
+  l.lagging = of_folds.back();
+  l.whole = rim::with_constant(l.a, store, 0, of_folds).back();
+  const rim::RunStore fresh({turning(kSeed + 100, late, bias, drift)});
   l.left_plain = rim::summed(l.a, fresh, 0, 0, l.plain).remains.cwiseAbs().maxCoeff();
   const rim::Summed sum = rim::summed(l.a, fresh, 0, 0, l.lagging);
   l.left_lagging = sum.remains.cwiseAbs().maxCoeff();
+  l.left_whole = rim::summed(l.a, fresh, 0, 0, l.whole).remains.cwiseAbs().maxCoeff();
   // What remains and what was integrated are the outcome's change together, but for what leaks.
   const Eigen::VectorXd whole = fresh[0].outcome.col(0).array() - fresh[0].outcome(0, 0);
   assert_true((sum.remains + sum.integrated - whole).cwiseAbs().maxCoeff() <
@@ -120,11 +124,30 @@ void a_biased_rate_remains(void **) {
   assert_true(std::abs(l.left_lagging - adds_up) < 0.1 * adds_up);
 }
 
+// What adds up in every run and no reading says is learnt, and nothing else.
+void a_constant_rate_is_learnt(void **) {
+  for (const double drift : {0.0, 0.001, -0.01}) {
+    const Learnt l = learn(0.5, 0.0, drift);
+    print_message("%.3f rad per row beside the rate: found %.5f; left %.4f, without it %.4f rad\n",
+                  drift, l.whole.constant / static_cast<double>(kRowsPerBlock), l.left_whole,
+                  l.left_lagging);
+    if (std::abs(drift) < 1e-9) {
+      assert_true(std::abs(l.whole.constant) < 1e-12);
+      continue;
+    }
+    assert_true(std::abs(l.whole.constant / static_cast<double>(kRowsPerBlock) - drift) <
+                0.02 * std::abs(drift));
+    assert_true(l.left_whole < 0.03);
+    assert_true(l.left_lagging > 10.0 * l.left_whole);
+  }
+}
+
 } // namespace
 
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(a_late_reading_is_told),
                               cmocka_unit_test(a_lag_is_bounded),
-                              cmocka_unit_test(a_biased_rate_remains)};
+                              cmocka_unit_test(a_biased_rate_remains),
+                              cmocka_unit_test(a_constant_rate_is_learnt)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -177,7 +177,8 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
  * FEW: the outcome less the intercept and a weighted sum of a few others, all in their units: what
  *   one sensor says of another holds wherever the vehicle goes.
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
- *   block before less G weights times the integrands over that time, summed over the run.
+ *   block before less the intercept and G weights times the integrands over that time, summed over
+ *   the run.
  * INTO: an outcome that another one, row[o][1], integrates (a speed, of a position): what the
  *   integral gives more than that other outcome's change, summed over the run. Of two sensors that
  *   read the same, it tells which one is wrong.
