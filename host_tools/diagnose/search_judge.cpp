@@ -241,17 +241,18 @@ void ChannelSearch::judge() {
   }
 }
 
-// Terms with the sizes that a fit of just these members gives them.
+// Terms with the sizes that a fit of just these members gives them. The members found so far come
+// back to where they were: a caller may hold a reference to one of them.
 std::vector<Term> ChannelSearch::sized(const std::vector<Member> &members) {
-  std::vector<Member> kept = out_.members;
+  std::vector<Member> kept = members;
   Fit fit = out_.fit;
-  out_.members = members;
+  std::swap(out_.members, kept);
   out_.fit = fit_members(y_, members, out_.noise);
   fill_sizes();
   std::vector<Term> terms;
   for (const Member &member : out_.members)
     terms.push_back(member.term);
-  out_.members = std::move(kept);
+  std::swap(out_.members, kept);
   out_.fit = std::move(fit);
   return terms;
 }

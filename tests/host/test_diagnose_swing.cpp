@@ -176,8 +176,10 @@ std::vector<rim::Log> motors(std::uint64_t seed, double amplitude, bool has_angl
   return out;
 }
 
-Diagnosis diagnosis(const std::vector<rim::Log> &logs, const std::vector<Term> &given = {}) {
+Diagnosis diagnosis(const std::vector<rim::Log> &logs, const std::vector<Term> &given = {},
+                    const std::vector<rim::Log> &holdout = {}) {
   Options options;
+  options.holdout = holdout;
   options.catalogue = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
   options.null_runs = 12;
   options.given = given;
@@ -204,6 +206,22 @@ void in_whole(void **) {
   }
 }
 
+// The logs share a phase by chance, it may be: one that is held out has another.
+void a_phase_that_a_held_log_lacks(void **) {
+  const std::vector<rim::Log> logs = motors(3, 0.15, false, false);
+  for (const bool has_it : {true, false}) {
+    std::vector<rim::Log> held = motors(5, 0.15, false, !has_it);
+    for (rim::Log &log : held)
+      log.path += "held";
+    const Diagnosis d = diagnosis(logs, {}, held);
+    assert_int_equal(d.findings.size() + d.unconfirmed.size(), 1);
+    const Term &term = d.findings.empty() ? d.unconfirmed[0].term : d.findings[0].term;
+    assert_string_equal(term.form.c_str(), rim::diagnose::kPeriodicTime);
+    assert_near(term.shape[0].value, 4.7, 3.0 * term.shape[0].stderror);
+    assert_int_equal(term.logs.size(), has_it ? 0 : 2);
+  }
+}
+
 void a_steady_angle_stays_one(void **) {
   const Diagnosis d = diagnosis(motors(4, 0.2, true, false));
   assert_int_equal(d.findings.size(), 1);
@@ -222,6 +240,7 @@ int main() {
       cmocka_unit_test(phase_is_known_in_its_log_alone),
       cmocka_unit_test(an_extension_keeps_it),
       cmocka_unit_test(in_whole),
+      cmocka_unit_test(a_phase_that_a_held_log_lacks),
       cmocka_unit_test(a_steady_angle_stays_one),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
