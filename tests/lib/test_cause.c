@@ -656,6 +656,37 @@ static void the_difference_supports_a_bias(void **state) {
   assert_true(fabs(support[2] - support[0] / 1.5) < 1e-6 * fabs(support[0])); /* it says less */
 }
 
+/* What the others say of a reading is no better than they are. */
+static void another_reading_stands_still(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  const uint16_t repeats = RIM_CHANNEL_REPEAT * O, agreement = AGREEMENT + OTHER;
+  const struct {
+    uint16_t leading;
+    double in, out, share; /* scores of their repeats, and how many readings repeat */
+    uint16_t named;
+  } of[] = {
+      {agreement, 1.0, 0.0, 0.31, (uint16_t)(repeats + IN)},
+      {agreement, 1.0, 0.0, 0.29, agreement}, /* some */
+      {agreement, 0.99, 0.0, 0.9, agreement}, /* no alarm by itself */
+      {agreement, 1.0, 1.1, 0.9, (uint16_t)(repeats + OUT)},
+      {agreement, 1.1, 1.0, 0.9, (uint16_t)(repeats + IN)},
+      {OTHER, 3.0, 0.0, 0.9, OTHER}, /* the commands say it */
+  };
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    rim_alarm a;
+    begin_with(&r);
+    plant_nothing();
+    plant(of[i].leading, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+    for (uint16_t k = 0; k < 2; ++k) {
+      const uint16_t c = (uint16_t)(repeats + (k == 0 ? IN : OUT));
+      const double unit = (double)rimi_noise_channel(&m->models.noise, c).s;
+      plant(c, SEARCH_SINCE, (k == 0 ? of[i].in : of[i].out) * alarm_at, of[i].share / unit, 40);
+    }
+    assert_int_equal(named(of[i].leading, &a), of[i].named);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_flows_in_is_the_cause),
@@ -680,6 +711,7 @@ int main(void) {
       cmocka_unit_test(a_bias_within_a_product_is_less_sure),
       cmocka_unit_test(a_sum_that_leads),
       cmocka_unit_test(the_difference_supports_a_bias),
+      cmocka_unit_test(another_reading_stands_still),
   };
   return cmocka_run_group_tests(tests, set_up_trained, NULL);
 }

@@ -445,15 +445,31 @@ static uint16_t out_of_range_or(const rim_monitor *m, uint16_t leading, uint16_t
   return channel;
 }
 
-/* A reading that stands still soon deviates too: the repeats are the cause, where they are many. */
-static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const uint16_t repeats = (uint16_t)(RIM_CHANNEL_REPEAT * outcomes + channel % outcomes);
+/* Whether an outcome's readings repeat, clearly and mostly. */
+static bool is_frozen(const rim_monitor *m, uint16_t repeats) {
   const double share = (double)rimi_search_best(m->search, repeats)->shift *
                        (double)rimi_noise_channel(&m->models.noise, repeats).s;
-  return rimi_cause_score(m, repeats) >= m->models.threshold.alarm_score && share > FROZEN
-             ? repeats
-             : channel;
+  return rimi_cause_score(m, repeats) >= m->models.threshold.alarm_score && share > FROZEN;
+}
+
+/* A reading that stands still soon deviates too: the repeats are the cause, where they are many. So
+ * does one of which the others say what it should be, where one of these stands still: of them the
+ * one that repeats most clearly. */
+static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
+  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  const uint16_t first = (uint16_t)(RIM_CHANNEL_REPEAT * outcomes);
+  const uint16_t own = (uint16_t)(first + channel % outcomes);
+  if (is_frozen(m, own))
+    return own;
+  if (channel / outcomes != RIM_CHANNEL_AGREEMENT)
+    return channel;
+  for (uint16_t repeats = first; repeats < first + outcomes; ++repeats) {
+    const bool is_first = channel < first;
+    if (is_frozen(m, repeats) &&
+        (is_first || rimi_cause_score(m, repeats) > rimi_cause_score(m, channel)))
+      channel = repeats;
+  }
+  return channel;
 }
 
 uint16_t rimi_cause(const rim_monitor *m, uint16_t leading) {
