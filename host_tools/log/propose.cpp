@@ -234,11 +234,16 @@ Proposer::Proposer(const std::vector<std::string> &paths, const ReaderOptions &r
     out_.columns.emplace_back();
     out_.columns.back().from = column.name;
   }
+  bool slashed = false, decided = false;
   for (const auto &table : tables_) {
     out_.day_first = out_.day_first || table.day_first;
-    for (const auto &column : table.columns)
+    for (const auto &column : table.columns) {
       out_.decimal_comma = out_.decimal_comma || column.decimal_comma;
+      slashed = slashed || column.slashed > 0;
+      decided = decided || column.one_order > 0;
+    }
   }
+  out_.guesses_order = slashed && !decided;
 }
 
 // All but one row in fifty, in every log: clocks of real logs repeat.

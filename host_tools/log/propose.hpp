@@ -58,6 +58,7 @@ struct Proposal {
   std::vector<std::pair<std::string, double>> other_rates; // logs of another rate, in Hz
   double shortest_s = 0.0, longest_s = 0.0;                // runs
   bool decimal_comma = false, units_line = false, day_first = false;
+  bool guesses_order = false;       // of day and month: no date says it
   int date = -1;                    // the column of the date; -1: none of its own
   std::vector<std::string> missing; // texts among numbers
   ReaderOptions reader;             // as given

@@ -123,7 +123,11 @@ std::string time_column_text(const Proposal &p) {
            (p.date < 0 ? ""
                        : "date = " + quoted(p.columns[static_cast<std::size_t>(p.date)].from) +
                              "   # the date stands in a column of its own\n") +
-           (p.day_first ? "day_first = true   # dates such as 13/04/2025\n" : "");
+           (p.day_first ? "day_first = true   # dates such as 13/04/2025\n"
+            : p.guesses_order
+                ? "day_first = false   # GUESS: 04/05/2025 is a day in April; true: in "
+                  "May\n"
+                : "");
   text += time.certain ? "\n" : "   # GUESS: it increases from row to row\n";
   text += fmt::format("scale = {:g}", p.time_scale);
   if (p.time_named)

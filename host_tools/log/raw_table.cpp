@@ -2,6 +2,7 @@
 #include "log/raw_table.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 
 #include "log/candump_log.hpp"
@@ -22,6 +23,19 @@ void add_word(std::vector<std::string> &words, std::string_view word) {
     words.emplace_back(word);
 }
 
+// A date with slashes, and whether it is one with the day and month the other way round too.
+void add_order(RawColumn &column, std::string_view field, const DateReading &dates) {
+  if (field.find('/') == std::string_view::npos ||
+      std::isdigit(static_cast<unsigned char>(field.front())) == 0)
+    return;
+  DateReading other;
+  other.day_first = !dates.day_first;
+  double ignored = 0.0;
+  column.slashed++;
+  column.one_order +=
+      !parse_date_time(field, other, ignored) && !parse_date(field, other.day_first);
+}
+
 void add_field(RawColumn &column, std::string_view field, DateReading &dates) {
   double value = 0.0;
   if (!parse_number(field, value)) {
@@ -29,10 +43,14 @@ void add_field(RawColumn &column, std::string_view field, DateReading &dates) {
       column.decimal_comma = true;
     } else if (parse_date_time(field, dates, value)) {
       column.dates++;
+      add_order(column, field, dates);
     } else {
       value = std::numeric_limits<double>::quiet_NaN();
       column.text++;
-      column.days += parse_date(field, dates.day_first);
+      if (parse_date(field, dates.day_first)) {
+        column.days++;
+        add_order(column, field, dates);
+      }
       add_word(column.texts, field);
     }
   } else if (value != value) {

@@ -15,6 +15,8 @@ struct RawColumn {
   std::size_t empty = 0, text = 0; // rows without a value; rows with text that is no number
   std::size_t dates = 0;           // rows with a date and time of day; their values are seconds
   std::size_t days = 0;            // rows with a date alone; they are text
+  std::size_t one_order = 0;       // dates of which a number says which is the day: 13/04/2025
+  std::size_t slashed = 0;         // dates with slashes, whose day or month may come first
   bool decimal_comma = false;      // of that text some is a number with a comma: 0,25
   std::vector<std::string> words;  // the distinct texts and numbers, the first 9
   std::vector<std::string> texts;  // the distinct texts that are no numbers, the first 9

@@ -174,8 +174,13 @@ void SchemaReader::read_time(const toml::table &table) {
   check_keys(schema_.path, table, "",
              {"column", "date", "day_first", "scale", "offset", "not_increasing"});
   const std::string column = text(table, "column", false);
-  schema_.time = {column.empty() ? "t_s" : column, "t_s", "s", number(table, "scale", 1.0),
-                  number(table, "offset", 0.0),    {}};
+  // A table that was written with its index has no name above it, and column = "" names that.
+  schema_.time = {table.contains("column") ? column : "t_s",
+                  "t_s",
+                  "s",
+                  number(table, "scale", 1.0),
+                  number(table, "offset", 0.0),
+                  {}};
   schema_.date = text(table, "date", false);
   schema_.day_first = flag(table, "day_first");
   const std::string bad = text(table, "not_increasing", false);

@@ -478,10 +478,11 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
   std::string text;
   if (h.out_feature != 0xffff) {
     const Quantity q = names.feature(h.out_feature);
-    text = fmt::format("OUT OF RANGE: {} is {:.4g}{} at t = {:.2f} s, beyond what was trained "
-                       "(column {}; {} rows out of range): is its unit right?",
-                       q.words, h.out_value, q.unit.empty() ? "" : " " + q.unit, h.out_t_s, q.name,
-                       h.rows.out_of_range);
+    text = fmt::format(
+        "OUT OF RANGE: {} is {:.4g}{} at t = {:.2f} s, beyond what was trained "
+        "(column {}; rows in which any reading is out of range: {}): is its unit right?",
+        q.words, h.out_value, q.unit.empty() ? "" : " " + q.unit, h.out_t_s, q.name,
+        h.rows.out_of_range);
   }
   for (const OtherUnit &u : log.units) {
     const Quantity q = names.outcome(static_cast<std::uint16_t>(u.outcome));

@@ -352,6 +352,13 @@ public:
   Eigen::Index into = -1; // INTO: the outcome that integrates this one
   std::vector<Eigen::VectorXd> series;
 
+  // Of its row in the section, behind the source.
+  double second_number() const {
+    return source == AGREEMENT_INTO       ? static_cast<double>(into)
+           : source == AGREEMENT_INTEGRAL ? integral.constant
+           : source == AGREEMENT_FEW      ? intercept
+                                          : 0.0;
+  }
   // What was expected of a run's outcome (rimi_agreement_evaluate).
   Eigen::VectorXd expected(std::size_t run, const Matrix &predicted) const {
     if (source == AGREEMENT_INTEGRAL || source == AGREEMENT_INTO)
@@ -421,8 +428,8 @@ Choice::Few Choice::few_in_image(const Eigen::VectorXd &w) const {
   const double sd = from_.levels.sd[j_];
   Few in_units{w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array(), 0.0};
   in_units.weight = in_units.weight.cast<float>().cast<double>().eval();
-  in_units.intercept = from_.levels.mean[j_] + sd * w[w.size() - 1] -
-                       in_units.weight.dot(from_.levels.mean);
+  in_units.intercept =
+      from_.levels.mean[j_] + sd * w[w.size() - 1] - in_units.weight.dot(from_.levels.mean);
   return in_units;
 }
 
@@ -663,17 +670,12 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
     a.source[outcome] = choice.source;
     a.error[outcome] = choice.error;
     a.row(j, 0) = choice.source;
-    if (choice.source == AGREEMENT_INTO)
-      a.row(j, 1) = static_cast<double>(choice.into);
-    if (choice.source == AGREEMENT_INTEGRAL)
-      a.row(j, 1) = choice.integral.constant;
+    a.row(j, 1) = choice.second_number();
     a.row(j, 2) = choice.integrand;
     if (choice.source == AGREEMENT_RESIDUALS && choice.weight.size() > 0)
       a.row.row(j).tail(total) = choice.weight.transpose();
-    if (choice.source == AGREEMENT_FEW) {
-      a.row(j, 1) = choice.intercept;
+    if (choice.source == AGREEMENT_FEW)
       a.row.row(j).segment(AGREEMENT_FIRST, o) = choice.few.transpose();
-    }
     if (choice.source == AGREEMENT_QUADRATIC)
       a.quadratic.models.push_back({RIM_QUADRATIC_AGREES, outcome, choice.quadratic});
     a.row(j, 3) = choice.integral.lag;

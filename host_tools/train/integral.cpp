@@ -139,7 +139,7 @@ std::vector<Integral> with_lag(const Agreement &a, const RunStore &runs, Eigen::
 
 std::vector<Integral> with_constant(const Agreement &a, const RunStore &runs, Eigen::Index outcome,
                                     std::vector<Integral> of) {
-  // Of every fold's relation: what it leaves of the changes, summed up over the runs it learnt from.
+  // Of every fold's relation: what it leaves of the changes, over the runs it learnt from.
   std::vector<double> left(of.size(), 0.0), blocks(of.size(), 0.0);
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const BlockRun &run = runs[r];
@@ -158,8 +158,7 @@ std::vector<Integral> with_constant(const Agreement &a, const RunStore &runs, Ei
   }
   std::vector<Integral> with = of;
   for (std::size_t f = 0; f < of.size(); ++f)
-    with[f].constant =
-        static_cast<double>(static_cast<float>(left[f] / std::max(blocks[f], 1.0)));
+    with[f].constant = static_cast<double>(static_cast<float>(left[f] / std::max(blocks[f], 1.0)));
   double without = 0.0, squares = 0.0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     without += summed(a, runs, r, outcome, of[runs.fold(r)]).remains.squaredNorm();

@@ -42,9 +42,9 @@ std::vector<Integral> with_lag(const Agreement &a, const RunStore &runs, Eigen::
                                const std::vector<Eigen::Index> &columns,
                                const std::vector<Eigen::VectorXd> &weight);
 
-// The same with a constant, where that lowers the squares of what remains in `runs`, each by what the
-// others taught, to kConstantWins of them or less: a speed gains g t beside what an accelerometer
-// reads, a battery feeds what no current sensor sees. Otherwise as they are.
+// The same with a constant, where that lowers the squares of what remains in `runs`, each by what
+// the others taught, to kConstantWins of them or less: a speed gains g t beside what an
+// accelerometer reads, a battery feeds what no current sensor sees. Otherwise as they are.
 std::vector<Integral> with_constant(const Agreement &a, const RunStore &runs, Eigen::Index outcome,
                                     std::vector<Integral> of);
 

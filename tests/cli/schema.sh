@@ -121,6 +121,16 @@ contains "left out: the rest is used" "$out" "1 sensor, 1 command, 0 further con
 printf 'schema = "rim-schema/1"\nleave_out = ["s.b"]\n' > none.toml
 rim show own.csv --schema none.toml > /dev/null 2> err.txt; check "leave out what is not there" 3 $?
 contains "leave out what is not there" "$(cat err.txt)" "own.csv: column 's.b': missing (a leave_out of the schema)"
+# A table that was written with its index: nothing stands above the time.
+awk 'BEGIN {print ",v_mps"; for (i = 0; i < 50; i++) printf "%.1f,%.3f\n", i / 10, sin(i / 5)}' > index.csv
+rim schema index.csv > index.toml; check "no name above the time" 0 $?
+rim show index.csv --schema index.toml > out.txt 2>&1; check "no name above the time: read" 0 $?
+contains "no name above the time: rows" "$(cat out.txt)" "50 rows"
+# Of dates that either order allows, the proposal says what it takes; one day decides.
+for day in 06 16; do awk -v d=$day 'BEGIN {print "when,v_mps"; for (i = 0; i < 50; i++) printf "11/%s/2016 00:%02d,%.3f\n", d, i, sin(i / 5)}' > date$day.csv
+  rim schema date$day.csv > date$day.toml; check "dates of $day" 0 $?; done
+contains "either order" "$(cat date06.toml)" "^day_first = false   # GUESS"
+check "one order" 0 "$(grep -c day_first date16.toml)"
 printf 'zeit;wert\n0,1;1,5\n0,2;2,5\n' > comma.csv
 rim schema comma.csv > out.txt 2> err.txt; check "decimal commas" 0 $?
 contains "decimal commas: proposed" "$(cat out.txt)" '^decimal = ","'
@@ -134,6 +144,8 @@ refuse() {
 }
 printf 'a,b\n3,1\n2,1\n1,2\n' > falls.csv; printf 'a,b\n1,1\n2\n' > ragged.csv; printf 't,a,a\n1,1,2\n2,1,2\n' > twice.csv
 printf '{"a": 1}\n' > no.jsonl; head -c 3000 rover.rim > cut.rim; : > empty.csv
+sed 's|11/16/|16/11/|' date16.csv > day_first.csv
+refuse "the day first" 3 "'16/11/2016 00:00' is not a number: is its day first? day_first = true" show day_first.csv --schema date16.toml
 refuse "no time" 3 "falls.csv: no column can be the time: none increases.*are 'a', 'b'" schema falls.csv
 refuse "a short row" 3 "ragged.csv: row 2: 1 fields where the header has 2" schema ragged.csv
 refuse "a name twice" 3 "twice.csv: column 'a': stands twice" schema twice.csv

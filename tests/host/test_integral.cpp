@@ -24,8 +24,8 @@ constexpr double kGain = 0.2; // of the integral, per row
 constexpr double kNoise = 0.001;
 
 // A rate that changes slowly, read exactly, and its integral, read `late` rows late; between the
-// readings the rate stays. From block 40 on the rate's reading is biased. The integral gains `drift`
-// per row beside, of which nothing reads.
+// readings the rate stays. From block 40 on the rate's reading is biased. Beside, the integral
+// gains `drift` per row, of which nothing reads.
 rim::BlockRun turning(std::uint64_t seed, double late, double bias, double drift = 0.0) {
   rim_rng rng;
   rimi_rng_seed(&rng, seed, 3);
@@ -62,7 +62,8 @@ rim::BlockRun turning(std::uint64_t seed, double late, double bias, double drift
 struct Learnt {
   rim::Agreement a;
   rim::Integral plain, lagging, whole; // of all runs; whole: with a constant, where that is better
-  double left_plain, left_lagging, left_whole; // largest remainder of a run that was not learnt from
+  double left_plain, left_lagging,
+      left_whole; // largest remainder of a run that was not learnt from
 };
 
 Learnt learn(double late, double bias, double drift = 0.0) {
@@ -145,9 +146,8 @@ void a_constant_rate_is_learnt(void **) {
 } // namespace
 
 int main() {
-  const CMUnitTest tests[] = {cmocka_unit_test(a_late_reading_is_told),
-                              cmocka_unit_test(a_lag_is_bounded),
-                              cmocka_unit_test(a_biased_rate_remains),
-                              cmocka_unit_test(a_constant_rate_is_learnt)};
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(a_late_reading_is_told), cmocka_unit_test(a_lag_is_bounded),
+      cmocka_unit_test(a_biased_rate_remains), cmocka_unit_test(a_constant_rate_is_learnt)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -119,7 +119,7 @@ void doubts_are_said(void **) {
   far.values(77, 3) = 1e300;
   const std::string range = said(far);
   assert_true(has(range, "OUT OF RANGE: speed is 1e+300 m/s at t = 3.85 s"));
-  assert_true(has(range, "column s.speed_mps; 1 rows out of range"));
+  assert_true(has(range, "column s.speed_mps; rows in which any reading is out of range: 1)"));
   assert_true(range.find("healthy: nothing") == std::string::npos);
   rim::Log fast = toy_log(55);
   fast.values.col(3) *= 1.944;
