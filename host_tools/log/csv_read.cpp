@@ -283,21 +283,13 @@ bool CsvReader::kept() const {
   return true;
 }
 
-// Whether it is a date, or one with a time, by this order of day and month.
-bool is_date_by(const std::string &text, bool day_first) {
-  DateReading reading;
-  reading.day_first = day_first;
-  double ignored = 0.0;
-  return parse_date(text, day_first) || parse_date_time(text, reading, ignored);
-}
-
 std::string CsvReader::not_a_number(std::size_t field) const {
   const std::string shown(trimmed(fields_[field]));
   double ignored = 0.0;
   std::string hint;
   if (parse_comma_number(shown, ignored))
     hint = ": has it a decimal comma? decimal = \",\" in a schema says so";
-  else if (is_date_by(shown, !dates_.day_first))
+  else if (is_date(shown, !dates_.day_first))
     hint = std::string(": is its ") + (dates_.day_first ? "month" : "day") +
            " first? day_first = " + (dates_.day_first ? "false" : "true") + " in a schema says so";
   else if (log_.rows_in_file == 1 && field == time_.field)

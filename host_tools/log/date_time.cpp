@@ -179,4 +179,11 @@ bool parse_date_time(std::string_view text, DateReading &reading, double &second
   return true;
 }
 
+bool is_date(std::string_view text, bool day_first) {
+  DateReading reading;
+  reading.day_first = day_first;
+  double ignored = 0.0;
+  return parse_date(text, day_first) || parse_date_time(text, reading, ignored);
+}
+
 } // namespace rim

@@ -25,4 +25,7 @@ bool parse_date_time(std::string_view text, DateReading &reading, double &second
 // Whether the text is a date alone, in one of those forms.
 bool parse_date(std::string_view text, bool day_first);
 
+// Whether the text is any of these, by this order of day and month.
+bool is_date(std::string_view text, bool day_first);
+
 } // namespace rim

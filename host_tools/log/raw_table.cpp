@@ -28,12 +28,8 @@ void add_order(RawColumn &column, std::string_view field, const DateReading &dat
   if (field.find('/') == std::string_view::npos ||
       std::isdigit(static_cast<unsigned char>(field.front())) == 0)
     return;
-  DateReading other;
-  other.day_first = !dates.day_first;
-  double ignored = 0.0;
   column.slashed++;
-  column.one_order +=
-      !parse_date_time(field, other, ignored) && !parse_date(field, other.day_first);
+  column.one_order += !is_date(field, !dates.day_first);
 }
 
 void add_field(RawColumn &column, std::string_view field, DateReading &dates) {
@@ -235,12 +231,8 @@ RawTable read_raw_table(const std::string &path, const ReaderOptions &reader) {
   RawTable table = read_rows(path, source, false);
   // 04/13/2025 as in the USA, unless that leaves days and months that are none.
   const auto slashed = [](const RawColumn &c) {
-    return std::any_of(c.texts.begin(), c.texts.end(), [](const std::string &word) {
-      DateReading dates;
-      double ignored = 0.0;
-      dates.day_first = true;
-      return parse_date(word, true) || parse_date_time(word, dates, ignored);
-    });
+    return std::any_of(c.texts.begin(), c.texts.end(),
+                       [](const std::string &word) { return is_date(word, true); });
   };
   return std::any_of(table.columns.begin(), table.columns.end(),
                      [&](const RawColumn &c) { return c.days < c.text && slashed(c); })

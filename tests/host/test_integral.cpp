@@ -62,8 +62,7 @@ rim::BlockRun turning(std::uint64_t seed, double late, double bias, double drift
 struct Learnt {
   rim::Agreement a;
   rim::Integral plain, lagging, whole; // of all runs; whole: with a constant, where that is better
-  double left_plain, left_lagging,
-      left_whole; // largest remainder of a run that was not learnt from
+  double left_plain, left_lagging, left_whole; // largest remainders of a run not learnt from
 };
 
 Learnt learn(double late, double bias, double drift = 0.0) {

@@ -463,11 +463,12 @@ static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
     return own;
   if (channel / outcomes != RIM_CHANNEL_AGREEMENT)
     return channel;
+  double most = 0.0;
   for (uint16_t repeats = first; repeats < first + outcomes; ++repeats) {
-    const bool is_first = channel < first;
-    if (is_frozen(m, repeats) &&
-        (is_first || rimi_cause_score(m, repeats) > rimi_cause_score(m, channel)))
-      channel = repeats;
+    if (!is_frozen(m, repeats) || rimi_cause_score(m, repeats) <= most)
+      continue;
+    most = rimi_cause_score(m, repeats);
+    channel = repeats;
   }
   return channel;
 }
