@@ -117,7 +117,7 @@ void ImagePredictor::add_noise(std::size_t outcome, double predicted, double act
                                std::vector<double> *values) const {
   const noise_channel c = rimi_noise_channel(&noise_, static_cast<std::uint32_t>(outcome));
   const double p = (predicted - static_cast<double>(c.p_center)) / static_cast<double>(c.p_scale),
-               s = static_cast<double>(c.s), rho = static_cast<double>(c.rho);
+               s = static_cast<double>(c.s), rho = rimi_noise_rho(&c, activity > 0.0);
   values->push_back(s / rimi_noise_weight(&c, p, activity, disturbance) /
                     std::sqrt(1.0 - rho * rho));
   (*raw)[1] = p;

@@ -57,6 +57,7 @@ struct Series {
   Eigen::MatrixXd raw;  // blocks x raw fields
   Eigen::VectorXd p;    // prediction, standardised
   Eigen::VectorXd activity, disturbance;
+  bool is_moving(Eigen::Index i) const { return activity[i] > 0.0; }
   double mean() const { return r.sum() / std::max(known.sum(), 1.0); }
   Eigen::VectorXd known;   // 1; 0 where the residual says nothing: it is 0 then, and so becomes w
   Eigen::VectorXd follows; // 1; 0 where a block does not adjoin the one before
@@ -133,6 +134,14 @@ Eigen::MatrixXd scale_terms(const Series &s) {
   return x;
 }
 
+// rho(x): where predictions move no more than is usual, and where they move more.
+struct Rho {
+  double usual = 0.0, moving = 0.0;
+  double of(bool is_moving) const { return is_moving ? moving : usual; }
+};
+
+Rho everywhere(double rho) { return {rho, rho}; }
+
 // Lag-1 correlation of the series, the run's own mean and trend (effects of the run) taken off.
 double correlation(const std::vector<Series> &series) {
   double power = 0.0, lag = 0.0;
@@ -150,16 +159,16 @@ double correlation(const std::vector<Series> &series) {
 
 // What is new in every block of noise that keeps rho of what it was: the filter that makes AR(1)
 // noise white, sigma(x) not taken off.
-Eigen::MatrixXd innovations(const Series &s, const Eigen::MatrixXd &x, double rho) {
+Eigen::MatrixXd innovations(const Series &s, const Eigen::MatrixXd &x, const Rho &rho_of) {
   Eigen::MatrixXd y = x;
-  const double lead = std::sqrt(1.0 - rho * rho), apart = rimi_noise_gap_weight(rho);
   for (Eigen::Index i = x.rows(); i-- > 0;) {
+    const double rho = rho_of.of(s.is_moving(i));
     if (s.next[i] > 0.0)
       y.row(i) -= rho * x.row(i - 1);
     else if (s.apart[i] > 0.0)
-      y.row(i) = apart * (y.row(i) - rho * x.row(i - 1));
+      y.row(i) = rimi_noise_gap_weight(rho) * (y.row(i) - rho * x.row(i - 1));
     else
-      y.row(i) *= lead;
+      y.row(i) *= std::sqrt(1.0 - rho * rho);
   }
   return y;
 }
@@ -183,7 +192,7 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
   constexpr Eigen::Index terms = NOISE_SIGMA_TERMS;
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(terms + 1, terms + 1);
   Eigen::VectorXd cross = Eigen::VectorXd::Zero(terms + 1);
-  const double rho = std::clamp(correlation(*series), 0.0, kMostRho);
+  const Rho rho = everywhere(std::clamp(correlation(*series), 0.0, kMostRho));
   std::vector<Eigen::VectorXd> fresh;
   double n = 0.0;
   for (const Series &s : *series) {
@@ -279,14 +288,17 @@ struct Products {
   struct Lagged {
     Small own, cross, before;
   };
-  Lagged next, apart; // over blocks that adjoin the one before, and over those behind a gap
-  Small first;        // c c' over those without one before
+  struct Part {
+    Lagged next, apart; // over blocks that adjoin the one before, and over those behind a gap
+    Small first;        // c c' over those without one before
+  };
+  Part usual, moving; // blocks that move no more than is usual, and those that move more
   double known = 0.0; // blocks
 
   // The columns become the fields times t, and the residual as it is.
   Products of_fields(const Eigen::MatrixXd &t) const;
   // Of innovations(), times w: of all columns.
-  Small of_innovations(double rho) const;
+  Small of_innovations(const Rho &rho_of) const;
 };
 
 Products products_of(const Series &s) {
@@ -302,7 +314,12 @@ Products products_of(const Series &s) {
                             before.transpose() * last};
   };
   const Eigen::VectorXd alone = ((s.next.array() > 0.0) || (s.apart.array() > 0.0)).select(0.0, w2);
-  return {lagged(s.next), lagged(s.apart), c.transpose() * (alone.asDiagonal() * c), s.known.sum()};
+  const auto part = [&](const Eigen::VectorXd &in) {
+    return Products::Part{lagged(s.next.cwiseProduct(in)), lagged(s.apart.cwiseProduct(in)),
+                          c.transpose() * (alone.cwiseProduct(in).asDiagonal() * c)};
+  };
+  const Eigen::VectorXd moving = (s.activity.array() > 0.0).cast<double>();
+  return {part(1.0 - moving.array()), part(moving), s.known.sum()};
 }
 
 std::vector<Products> products_of(const std::vector<Series> &series) {
@@ -319,15 +336,19 @@ Products Products::of_fields(const Eigen::MatrixXd &t) const {
   with(t.rows(), t.cols()) = 1.0;
   const auto to = [&](const Small &m) -> Small { return with.transpose() * (m * with); };
   const auto each = [&](const Lagged &m) { return Lagged{to(m.own), to(m.cross), to(m.before)}; };
-  return {each(next), each(apart), to(first), known};
+  const auto part = [&](const Part &p) { return Part{each(p.next), each(p.apart), to(p.first)}; };
+  return {part(usual), part(moving), known};
 }
 
-Small Products::of_innovations(double rho) const {
-  const auto filtered = [&](const Lagged &m) -> Small {
-    return m.own - rho * (m.cross + m.cross.transpose()) + rho * rho * m.before;
+Small Products::of_innovations(const Rho &rho_of) const {
+  const auto of_part = [](const Part &p, double rho) -> Small {
+    const auto filtered = [&](const Lagged &m) -> Small {
+      return m.own - rho * (m.cross + m.cross.transpose()) + rho * rho * m.before;
+    };
+    const double gap = rimi_noise_gap_weight(rho);
+    return filtered(p.next) + gap * gap * filtered(p.apart) + (1.0 - rho * rho) * p.first;
   };
-  const double gap = rimi_noise_gap_weight(rho);
-  return filtered(next) + gap * gap * filtered(apart) + (1.0 - rho * rho) * first;
+  return of_part(usual, rho_of.usual) + of_part(moving, rho_of.moving);
 }
 
 std::vector<Products> of_fields(const std::vector<Products> &runs, const Eigen::MatrixXd &t) {
@@ -340,7 +361,8 @@ std::vector<Products> of_fields(const std::vector<Products> &runs, const Eigen::
 
 struct Effects {
   Eigen::MatrixXd prior; // covariance of b
-  double s2 = 1.0, rho = 0.0;
+  double s2 = 1.0;
+  Rho rho;
   bool is_rho_given = false;
 };
 
@@ -364,8 +386,10 @@ void improve(const std::vector<Products> &runs, bool diagonal, Effects *e) {
     n += run.known;
     SmallVector rest(k + 1); // of the columns, that leaves the residual less the effects
     rest << -b, 1.0;
-    lag += rest.dot(run.next.cross * rest);
-    power += rest.dot(run.next.before * rest);
+    for (const Products::Part *part : {&run.usual, &run.moving}) {
+      lag += rest.dot(part->next.cross * rest);
+      power += rest.dot(part->next.before * rest);
+    }
   }
   moments /= static_cast<double>(runs.size());
   const Eigen::MatrixXd only = moments.diagonal().asDiagonal();
@@ -373,12 +397,15 @@ void improve(const std::vector<Products> &runs, bool diagonal, Effects *e) {
   e->prior.diagonal().array() += 1e-9 * e->s2;
   e->s2 = std::max(squares / std::max(n, 1.0), 1e-300);
   if (!e->is_rho_given)
-    e->rho = std::clamp(power > 0.0 ? lag / power : 0.0, 0.0, kMostRho);
+    e->rho = everywhere(std::clamp(power > 0.0 ? lag / power : 0.0, 0.0, kMostRho));
 }
+
+enum class Stretches { Every, Moving }; // Moving: half of the blocks move more than is usual
 
 // The squares of the sums of several blocks in a row of what is new in them, over those of
 // independent blocks; the largest over kWidths. What is not known of a run's effects is added.
-double slow_power(const std::vector<Series> &series, const Eigen::MatrixXd &t, const Effects &e) {
+double slow_power(const std::vector<Series> &series, const Eigen::MatrixXd &t, const Effects &e,
+                  Stretches which) {
   const Eigen::MatrixXd precision = e.prior.inverse();
   std::array<double, kWidths.size()> power{}, blocks{};
   for (const Series &s : series) {
@@ -390,6 +417,9 @@ double slow_power(const std::vector<Series> &series, const Eigen::MatrixXd &t, c
       if (kLeastSums * kWidths[k] > rest.size())
         continue;
       for (Eigen::Index i = 0; i + kWidths[k] <= rest.size(); i += kWidths[k]) {
+        const Eigen::Index moving = (s.activity.segment(i, kWidths[k]).array() > 0.0).count();
+        if (which == Stretches::Moving && 2 * moving < kWidths[k])
+          continue;
         const double sum = rest.segment(i, kWidths[k]).sum();
         const Eigen::VectorXd fields = x.middleRows(i, kWidths[k]).colwise().sum();
         power[k] += sum * sum + fields.dot(v * fields);
@@ -409,16 +439,22 @@ double slow_power(const std::vector<Series> &series, const Eigen::MatrixXd &t, c
 // is. Otherwise the inflation phi would answer, which makes the run's effects larger as well.
 void raise_rho(const std::vector<Series> &series, const std::vector<Products> &runs,
                const Eigen::MatrixXd &t, Effects *e) {
-  if (slow_power(series, t, *e) <= kSlowPower)
-    return;
-  double low = e->rho, high = kMostRho;
-  e->is_rho_given = true;
-  for (int i = 0; i < kHalvings; ++i) {
-    e->rho = 0.5 * (low + high);
-    for (int k = 0; k < kHalvingRounds; ++k)
-      improve(runs, true, e);
-    (slow_power(series, t, *e) > kSlowPower ? low : high) = e->rho;
-  }
+  const auto raise = [&](Stretches which) {
+    const auto is_slow = [&] { return slow_power(series, t, *e, which) > kSlowPower; };
+    if (!is_slow())
+      return;
+    e->is_rho_given = true;
+    double low = e->rho.moving, high = kMostRho;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double rho = 0.5 * (low + high);
+      e->rho = which == Stretches::Every ? everywhere(rho) : Rho{e->rho.usual, rho};
+      for (int k = 0; k < kHalvingRounds; ++k)
+        improve(runs, true, e);
+      (is_slow() ? low : high) = rho;
+    }
+  };
+  raise(Stretches::Every);
+  raise(Stretches::Moving);
 }
 
 void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
@@ -456,7 +492,8 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
   raise_rho(series, runs, t, &e);
   const double s = std::sqrt(e.s2);
   c->s = static_cast<double>(static_cast<float>(s));
-  c->rho = static_cast<double>(static_cast<float>(e.rho));
+  c->rho = static_cast<double>(static_cast<float>(e.rho.usual));
+  c->rho_rise = static_cast<double>(static_cast<float>(e.rho.moving - e.rho.usual));
   const double raise = 1.0 + kFewRuns / static_cast<double>(series.size());
   c->combination.resize(kept, raw);
   double effects = 0.0;
@@ -476,9 +513,10 @@ Eigen::VectorXd counted(const Series &s, const ChannelNoise &c) {
     if (!(s.known[i] > 0.0))
       continue;
     const bool is_after = s.next[i] > 0.0 || s.apart[i] > 0.0;
-    const double kept = is_after ? c.rho * r[i - 1] : 0.0;
-    const double part = !is_after          ? std::sqrt(1.0 - c.rho * c.rho)
-                        : s.apart[i] > 0.0 ? rimi_noise_gap_weight(c.rho)
+    const double rho = c.rho_of(s.is_moving(i));
+    const double kept = is_after ? rho * r[i - 1] : 0.0;
+    const double part = !is_after          ? std::sqrt(1.0 - rho * rho)
+                        : s.apart[i] > 0.0 ? rimi_noise_gap_weight(rho)
                                            : 1.0;
     const double weight = s.w[i] * part / c.s;
     r[i] = kept + rimi_noise_counted((r[i] - kept) * weight, kLimit, &level) / weight;
@@ -661,7 +699,7 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
     for (const double v :
          {c.active ? std::max(1.0, c.limit) : 0.0, static_cast<double>(c.combination.rows()), c.rho,
           c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2], c.ln_sigma[3],
-          c.ln_sigma[4], c.mean})
+          c.ln_sigma[4], c.mean, c.rho_rise})
       bytes.f32(static_cast<float>(v));
     for (std::size_t k = 0; k < fields; ++k)
       bytes.f32(1.0F);

@@ -13,6 +13,8 @@ namespace rim {
 struct ChannelNoise {
   bool active = true;
   double rho = 0.0, s = 1.0;
+  double rho_rise = 0.0; // what is added to rho where predictions move more than is usual
+  double rho_of(bool moving) const { return rho + (moving ? rho_rise : 0.0); }
   double limit = 0.0; // of what counts in a block (rimi_noise_counted()), in s; 0: none
   double p_center = 0.0, p_scale = 1.0;
   double ln_sigma[5] = {0.0, 0.0, 0.0, 0.0, 0.0};

@@ -270,8 +270,10 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
       const ChannelNoise &n = training->noise.channels[c];
       if (!n.active || (c != o && report.source == AGREEMENT_INTO))
         continue; // INTO is in the unit of another outcome
-      // An offset over the later half of the run, known as well as noise and effects allow.
-      const double blocks = 0.5 * kBlocksPerRun * (1.0 - n.rho) * (1.0 - n.rho);
+      // An offset over the later half of the run, known as well as noise and effects allow. Half of
+      // its blocks move more than is usual.
+      const double usual = 1.0 - n.rho, moving = 1.0 - n.rho_of(true);
+      const double blocks = 0.25 * kBlocksPerRun * (usual * usual + moving * moving);
       const double sd = n.s * std::sqrt(1.0 / std::max(blocks, 1.0) +
                                         n.effect_sd * n.effect_sd / (n.s * n.s) / 3.0);
       const double needed = sd * std::sqrt(2.0 * n.phi[0] * (alarm + 4.0));
@@ -279,7 +281,7 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
         report.detectable = needed;
         report.noise = n.s;
         report.effect = n.effect_sd;
-        report.rho = n.rho;
+        report.rho = n.rho + 0.5 * n.rho_rise;
       }
     }
     training->outcomes.push_back(report);

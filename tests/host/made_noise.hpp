@@ -23,6 +23,10 @@ struct MadeNoise {
   double slow_sd = 0.0, slow_rho = 0.0; // of a wander that is added
   double ln_sigma = 0.0;                // of what is new in a block, per standardised prediction
   double ln_active = 0.0;               // per logarithm of the first prediction's movement
+  // Predictions rest, but for the last 24 of every 72 blocks: there the noise has rho_moving.
+  bool rests = false;
+  double rho_moving = 0.0;
+  bool is_resting(Eigen::Index block) const { return rests && block % 72 < 48; }
 };
 
 // One run: every outcome has its channel of kind BEHAVIOUR; with all_kinds the other three kinds
@@ -56,7 +60,7 @@ inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_ki
     other = 0.8 * other + 0.6 * rimi_rng_normal(&rng);
     run.blocks.time_s[b] = static_cast<double>(b) + 0.5;
     for (Eigen::Index k = 0; k < o; ++k)
-      run.predicted(b, k) = k % 2 == 0 ? wander : other;
+      run.predicted(b, k) = made.is_resting(b) ? 0.0 : k % 2 == 0 ? wander : other;
     run.blocks.context.row(b).head(2) << wander, other;
     run.blocks.context.row(b).tail(o) = run.predicted.row(b);
     for (Eigen::Index m = 0; m < run.blocks.means.cols(); ++m)
@@ -71,7 +75,8 @@ inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_ki
       const double moved = b == 0 ? 1.0 : std::abs(run.predicted(b, 0) - run.predicted(b - 1, 0));
       const double fresh = made.s * std::exp(made.ln_sigma * p) *
                            std::pow(moved + NOISE_STILL, made.ln_active) * rimi_rng_normal(&rng);
-      noise = b == 0 ? fresh / std::sqrt(1.0 - made.rho * made.rho) : made.rho * noise + fresh;
+      const double rho = made.rests && !made.is_resting(b) ? made.rho_moving : made.rho;
+      noise = b == 0 ? fresh / std::sqrt(1.0 - rho * rho) : rho * noise + fresh;
       if (made.slow_sd > 0.0)
         slow = made.slow_rho * slow + made.slow_sd *
                                           std::sqrt(1.0 - made.slow_rho * made.slow_rho) *

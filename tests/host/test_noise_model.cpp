@@ -151,6 +151,24 @@ void noise_of_two_speeds_is_as_large_as_its_sums(void **) {
   assert_true(near(found, truth, 0.15));
 }
 
+// A model errs for as long as a manoeuvre lasts, and is right in between.
+void noise_that_lasts_while_predictions_move_is_found(void **) {
+  for (const double rho : {0.0, 0.85}) {
+    MadeNoise made;
+    made.blocks = 432;
+    made.rests = true;
+    made.s = 0.2;
+    made.rho_moving = rho;
+    const rim::ChannelNoise c = fit_one(made);
+    print_message("rho %.2f while predictions move: found %.3f, %.3f elsewhere, s %.4f\n", rho,
+                  c.rho_of(true), c.rho, c.s);
+    if (rho > 0.0)
+      assert_true(c.rho_of(true) > c.rho + 0.1 && std::fabs(c.rho_of(true) - rho) < 0.1);
+    else
+      assert_true(c.rho_of(true) < 0.03);
+  }
+}
+
 // Raw fields of a run as training and flight make them.
 Eigen::MatrixXd raw_fields(const rim::NoiseModel &noise, const rim::ChannelNoise &c,
                            const MadeRun &run) {
@@ -381,6 +399,7 @@ int main() {
       cmocka_unit_test(a_few_blocks_far_off_are_limited),
       cmocka_unit_test(noise_with_gaps_is_found),
       cmocka_unit_test(noise_of_two_speeds_is_as_large_as_its_sums),
+      cmocka_unit_test(noise_that_lasts_while_predictions_move_is_found),
       cmocka_unit_test(effects_of_a_run_are_found),
       cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
       cmocka_unit_test(noise_that_lasts_has_the_scale_of_what_is_new),

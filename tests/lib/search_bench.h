@@ -39,7 +39,7 @@ enum { RAW = 4 + MEANS, FIELDS = BENCH_FIELDS, RING = 48, MOST_BLOCKS = 160, TUR
 /* What a channel's noise is like, and the blocks of a run. */
 typedef struct world {
   uint32_t fields;
-  double rho, s, p_center, p_scale;
+  double rho, rho_rise, s, p_center, p_scale;
   /* Per p, per activity, per its square less 1, per disturbance. */
   double ln_sigma, ln_active, ln_active_2, ln_disturbed;
   double common; /* of healthy residuals: what is taken off */
@@ -64,6 +64,11 @@ static inline double activity(const world *w, uint32_t i) {
   const bool is_next = i > 0 && !w->apart[i];
   const double exact = is_next ? rimi_log(NOISE_STILL + moved) - ACTIVITY : NOISE_APART;
   return floor(exact / SEARCH_ACTIVITY_STEP + 0.5) * SEARCH_ACTIVITY_STEP;
+}
+
+/* Of what was noise in the block before. */
+static inline double rho_at(const world *w, uint32_t i) {
+  return w->rho + (activity(w, i) > 0.0 ? w->rho_rise : 0.0);
 }
 
 /* What the ring keeps exactly: steps of 1 / 40. */
@@ -108,7 +113,8 @@ static inline void draw(world *w, uint32_t blocks, uint32_t seed) {
     w->p[i] = floor(124.0 * rimi_rng_uniform(&rng) - 62.0) / 31.0;
     w->mean[i][0] = ((double)(7 * i % 125) - 62.0) / 31.0;
     const double fresh = scale(w, i) * rimi_rng_normal(&rng);
-    noise = i == 0 ? fresh / sqrt(1.0 - w->rho * w->rho) : w->rho * noise + fresh;
+    const double rho = rho_at(w, i);
+    noise = i == 0 ? fresh / sqrt(1.0 - rho * rho) : rho * noise + fresh;
     fields_of(w, i, field);
     w->r[i] = w->s * noise;
     for (uint32_t k = 0; k < w->fields; ++k)
@@ -147,11 +153,13 @@ static inline world far_off(uint32_t blocks) {
   return w;
 }
 
-/* Every combination of run effects, autocorrelation, and a scale that depends on the block. */
-enum { WORLD_VARIANTS = 8 };
+/* Every combination of run effects, autocorrelation, a scale that depends on the block, and, from
+ * WORLD_STEADY on, an autocorrelation that does: what is planted then drowns sooner. */
+enum { WORLD_STEADY = 8, WORLD_VARIANTS = 16 };
 static inline world world_variant(uint32_t i, uint32_t blocks) {
   world w = make_world((i & 1) != 0, (i & 2) != 0 ? 0.6 : 0.0, (i & 4) != 0 ? 0.31 : 0.0);
   w.ln_disturbed = 1.6 * w.ln_sigma;
+  w.rho_rise = (i & 8) != 0 ? 0.3 : 0.0;
   draw(&w, blocks, i);
   return w;
 }
@@ -188,7 +196,8 @@ static inline void put_noise(bytes *b, const world *w) {
                                                  w->ln_active,
                                                  w->ln_active_2,
                                                  w->ln_disturbed,
-                                                 w->common};
+                                                 w->common,
+                                                 w->rho_rise};
     for (size_t i = 0; i < NOISE_CHANNEL_WORDS; ++i)
       f32(b, numbers[i]);
     for (size_t k = 0; k < FIELDS; ++k)
@@ -316,14 +325,22 @@ static inline bool are_apart(const world *w, uint32_t i, uint32_t j) {
  * after an unknown one. After a gap as much more is new as noise differs from rho of other
  * noise. */
 static inline double variance(const world *w, uint32_t i) {
-  const double fresh = pow(scale(w, i), 2), kept = w->rho * w->rho;
+  const double fresh = pow(scale(w, i), 2), kept = pow(rho_at(w, i), 2);
   if (i == 0 || are_apart(w, i, i - 1))
     return fresh / (1.0 - kept);
   return kept * variance(w, i - 1) + fresh * (w->apart[i] ? (1.0 + kept) / (1.0 - kept) : 1.0);
 }
 
+/* What of the noise of block `older` is in that of a newer one. */
+static inline double kept_until(const world *w, uint32_t older, uint32_t newer) {
+  double part = 1.0;
+  for (uint32_t i = older + 1; i <= newer; ++i)
+    part *= rho_at(w, i);
+  return part;
+}
+
 /* r = shift m + B b + n: the shift of least variance when b and n are both noise,
- * cov r = s^2 (B prior B' + rho^|i - j| var n_min(i, j)). */
+ * cov r = s^2 (B prior B' + var n_min(i, j) times what is kept of it). */
 static inline gls dense(const world *w, const double *shape) {
   static double v[MOST_BLOCKS][MOST_BLOCKS], x[MOST_BLOCKS][2];
   const uint32_t n = w->blocks;
@@ -335,9 +352,8 @@ static inline gls dense(const world *w, const double *shape) {
     fields_of(w, i, of_i);
     for (uint32_t j = 0; j < n; ++j) {
       fields_of(w, j, of_j);
-      const uint32_t older = i < j ? i : j;
-      double sum =
-          are_apart(w, i, j) ? 0.0 : before[older] * pow(w->rho, (double)(i > j ? i - j : j - i));
+      const uint32_t older = i < j ? i : j, newer = i < j ? j : i;
+      double sum = are_apart(w, i, j) ? 0.0 : before[older] * kept_until(w, older, newer);
       for (uint32_t k = 0; k < w->fields; ++k)
         sum += w->prior[k] * of_i[k] * of_j[k];
       v[i][j] = w->unknown[i] || w->unknown[j] ? (i == j ? 1.0 : 0.0) : w->s * w->s * sum;

@@ -10,7 +10,11 @@
 enum { CHANNELS = 3, MEANS = 2, RAW = NOISE_RAW_FIRST + MEANS, FIELDS = 2 };
 enum { STRIDE = NOISE_CHANNEL_WORDS + FIELDS * (1 + RAW) + NOISE_FAMILIES };
 
-static double number(uint32_t channel, uint32_t word) { return 1.0 + 0.01 * word + channel; }
+enum { RHO_RISE = 7 + NOISE_SIGMA_TERMS };
+
+static double number(uint32_t channel, uint32_t word) {
+  return word == RHO_RISE ? 0.125 : 1.0 + 0.01 * word + channel;
+}
 
 static bytes section(void) {
   bytes b = {.size = 0};
@@ -57,6 +61,8 @@ static void numbers_are_read_back(void **state) {
     for (uint32_t i = 0; i < NOISE_SIGMA_TERMS; ++i)
       assert_true(n.ln_sigma[i] == (float)number(c, 6 + i));
     assert_true(n.mean == (float)number(c, 6 + NOISE_SIGMA_TERMS));
+    assert_true(rimi_noise_rho(&n, false) == 0.25 * c);
+    assert_true(rimi_noise_rho(&n, true) == 0.25 * c + 0.125);
     uint32_t at = NOISE_CHANNEL_WORDS;
     for (uint32_t i = 0; i < FIELDS; ++i)
       assert_true(rimi_le_f32(n.inverse_prior, i) == (float)number(c, at++));
@@ -79,6 +85,7 @@ static void damage_is_refused(void **state) {
                  {0, 2, RIM_E_VERSION},
                  {0, 3, RIM_E_VERSION}, /* a word less per channel, as layout 4 */
                  {0, 5, RIM_E_VERSION}, /* ln sigma(x) was limited to 1.2 */
+                 {0, 7, RIM_E_VERSION}, /* one rho per channel */
                  {0, NOISE_LAYOUT - 1, RIM_E_VERSION},
                  {0, NOISE_LAYOUT_GAPS + 1, RIM_E_VERSION},
                  {1, CHANNELS + 1, RIM_E_RANGE},
@@ -147,9 +154,12 @@ static void numbers_out_of_range_are_refused(void **state) {
     uint32_t word;
     double value;
     bool good;
-  } cases[] = {{1, -1.0, false}, {1, FIELDS + 1, false}, {1, FIELDS, true}, {1, 0.0, true},
-               {2, -0.1, false}, {2, 1.0, false},        {2, 0.99, true},   {3, 0.0, false},
-               {3, -1.0, false}, {5, 0.0, false},        {5, -2.0, false},  {6, -9.0, true}};
+  } cases[] = {{1, -1.0, false},        {1, FIELDS + 1, false}, {1, FIELDS, true},
+               {1, 0.0, true},          {2, -0.1, false},       {2, 0.875, false},
+               {2, 0.87, true},         {3, 0.0, false},        {3, -1.0, false},
+               {5, 0.0, false},         {5, -2.0, false},       {6, -9.0, true},
+               {RHO_RISE, -0.1, false}, {RHO_RISE, 0.0, true},  {RHO_RISE, 0.74, true},
+               {RHO_RISE, 0.75, false}}; /* rho is .25 */
   for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
     bytes b = section();
     put_f32(word_of(&b, 1, cases[i].word), cases[i].value);

@@ -361,7 +361,7 @@ static void a_shift_since_a_time_is_found(void **state) {
 
 static void a_shift_that_ended_is_found(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+  for (uint32_t v = 0; v < WORLD_STEADY; ++v) {
     for (int sign = -1; sign <= 1; sign += 2) {
       world w = world_variant(v, 150);
       for (uint32_t i = 60; i < 100; ++i)
@@ -482,7 +482,7 @@ static void an_outcomes_own_reading_describes_no_region_of_it(void **state) {
 
 static void a_shift_within_a_box_is_found(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+  for (uint32_t v = 0; v < WORLD_STEADY; ++v) {
     for (int since = 0; since < 2; ++since) {
       world w = world_variant(v, 150);
       for (uint32_t i = since ? 50 : 0; i < w.blocks; ++i)

@@ -20,8 +20,8 @@ static gls by_innovations(const world *w, uint32_t onset, uint8_t least) {
   memset(a, 0, sizeof a);
   memset(x, 0, sizeof x);
   for (uint32_t i = 0; i < w->blocks; ++i) {
-    const double keeps = i == 0 ? 0.0 : w->rho;
-    const double weight = sqrt(i == 0 ? 1.0 - w->rho * w->rho : 1.0) / (scale(w, i) * w->s);
+    const double rho = rho_at(w, i), keeps = i == 0 ? 0.0 : rho;
+    const double weight = sqrt(i == 0 ? 1.0 - rho * rho : 1.0) / (scale(w, i) * w->s);
     double row[COLUMNS] = {0.0}, now[FIELDS] = {0.0}, then[FIELDS] = {0.0};
     fields_of(w, i, now);
     fields_of(w, i == 0 ? 0 : i - 1, then);

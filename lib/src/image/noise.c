@@ -10,8 +10,8 @@ static bool is_channel_valid(const rim_noise *view, uint32_t c) {
   const noise_channel n = rimi_noise_channel(view, c);
   const uint8_t *at = view->channel + 4u * (size_t)c * view->stride;
   if (!numbers_are_finite(at, view->stride) || !(rimi_le_f32(at, 1) >= 0.0f) ||
-      n.fields > view->fields || !(n.rho >= 0.0f) || !(n.rho < 1.0f) || !(n.s > 0.0f) ||
-      !(n.p_scale > 0.0f))
+      n.fields > view->fields || !(n.rho >= 0.0f) || !(n.rho_rise >= 0.0f) ||
+      !(rimi_noise_rho(&n, true) < 1.0) || !(n.s > 0.0f) || !(n.p_scale > 0.0f))
     return false;
   if (!numbers_are_positive(n.inverse_prior, view->fields))
     return false;
@@ -76,10 +76,15 @@ noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel) {
   for (size_t i = 0; i < NOISE_SIGMA_TERMS; ++i)
     c.ln_sigma[i] = rimi_le_f32(at, 6 + i);
   c.mean = rimi_le_f32(at, 6 + NOISE_SIGMA_TERMS);
+  c.rho_rise = rimi_le_f32(at, 7 + NOISE_SIGMA_TERMS);
   c.inverse_prior = at + 4u * NOISE_CHANNEL_WORDS;
   c.combination = c.inverse_prior + 4u * view->fields;
   c.phi = c.combination + 4u * view->fields * view->raw;
   return c;
+}
+
+double rimi_noise_rho(const noise_channel *c, bool moving) {
+  return (double)c->rho + (moving ? (double)c->rho_rise : 0.0);
 }
 
 double rimi_noise_weight(const noise_channel *c, double p, double activity, double disturbance) {

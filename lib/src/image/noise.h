@@ -4,21 +4,24 @@
  * A channel's residual in block i of a run is r_i = mean + B_i b + n_i: what healthy runs have in
  * common (of repeats; 0 of the others), the run's own effects b ~ N(0, diag(prior)) along a few
  * fields B (an offset, a gain, a slow wander of the run), and autocorrelated noise
- * n_i = rho n_(i-1) + sigma(x_i) a_i, with a_i of standard deviation s. The
+ * n_i = rho(x_i) n_(i-1) + sigma(x_i) a_i, with a_i of standard deviation s. The
  * scale is that of what is new in a block: an error that arose in a manoeuvre stays, where the
- * outcome keeps it, as it was after the manoeuvre.
+ * outcome keeps it, as it was after the manoeuvre. rho has two values: where predictions move more
+ * than is usual, a model errs for as long as a manoeuvre lasts; elsewhere there is little beside the
+ * sensors' noise, which is new in every block.
  * The fields are combinations of R raw ones: 1, the prediction p, a trend, a decay, and the means
  * of the commands. The trend is the time, bending as the sums of section AGREEMENT do: (1 - exp(-t
  * / trend_s)) trend_s / run_s.
  *
- *   u32 layout (7; 8: half of the runs that taught it or more had gaps, and what follows from
+ *   u32 layout (9; 10: half of the runs that taught it or more had gaps, and what follows from
  *     gaps is in the noise), channels C, raw R = 4 + M, fields K (largest of any channel)
  *   f32 run_s, decay_s, trend_s > 0; u32 runs that taught the effects' prior, 0: it is known
  *   f32 the healthy blocks' mean activity before it is taken off, see rimi_noise_activity()
  *   per channel f32: active (0; 1; NOISE_LEAST_LIMIT or more: 1, and it is the limit of
  *     rimi_noise_counted()), fields k <= K, rho in [0, 1), s > 0, p_center, p_scale > 0,
  *     ln sigma per p, per p^2 - 1, per activity a, per a^2 - 1,
- *     per disturbance, mean in the unit of the residual, inverse prior [K] > 0,
+ *     per disturbance, mean in the unit of the residual, what is added to rho, 0 or
+ *     more, in a block whose activity is above 0 (their sum < 1), inverse prior [K] > 0,
  *     combination [K][R], phi[NOISE_FAMILIES] >= 1 */
 #ifndef RIM_SRC_NOISE_H
 #define RIM_SRC_NOISE_H
@@ -29,14 +32,14 @@
 
 #include "rim/status.h"
 
-#define NOISE_LAYOUT 7u
-#define NOISE_LAYOUT_GAPS 8u
+#define NOISE_LAYOUT 9u
+#define NOISE_LAYOUT_GAPS 10u
 #define NOISE_MAX_FIELDS 6u
 #define NOISE_RAW_FIRST 4u
 #define NOISE_MAX_RAW 12u
 #define NOISE_FAMILIES 9u
 #define NOISE_HEADER_WORDS 9u
-#define NOISE_CHANNEL_WORDS 12u
+#define NOISE_CHANNEL_WORDS 13u
 #define NOISE_SIGMA_TERMS 5u
 /* ln sigma(x) stays within +- this. A controller's errors are far larger where a lander brakes than
  * where it coasts; how far that may go is limited, for a scale is extrapolated as well. */
@@ -71,12 +74,15 @@ uint32_t rimi_noise_kinds(const uint8_t *section, size_t bytes, uint32_t outcome
 /* One channel's numbers, read from the section. */
 typedef struct noise_channel {
   uint32_t fields;
-  float active, limit, rho, s, p_center, p_scale, ln_sigma[NOISE_SIGMA_TERMS], mean;
+  float active, limit, rho, s, p_center, p_scale, ln_sigma[NOISE_SIGMA_TERMS], mean, rho_rise;
   const uint8_t *inverse_prior, *combination, *phi;
 } noise_channel;
 
 /* limit: 0 where there is none. */
 noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel);
+
+/* rho(x) in [0, 1). moving: in a block whose activity is above 0. */
+double rimi_noise_rho(const noise_channel *c, bool moving);
 
 /* exp(-ln sigma(x)): the weight of what is new in a block. p: the prediction, standardised.
  * disturbance: by rimi_noise_disturbance(). */

@@ -168,7 +168,7 @@ static double past_of(const rim_search *s, const block_pair *n, uint32_t channel
 static double limited(const rim_search *s, const block_pair *n, const noise_channel *c,
                       uint32_t channel, double z) {
   double w = rimi_search_scale(s, c, channel, n->slot), kept = 0.0;
-  const double past = past_of(s, n, channel, (double)c->rho, &w);
+  const double past = past_of(s, n, channel, rimi_search_rho(s, c, n->slot), &w);
   if (past > 0.0)
     kept = past * search_residual(s, channel, n->before);
   const double fresh = (z - kept) * w;
@@ -203,7 +203,7 @@ static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t chann
   double w = rimi_search_weight(s, &c, channel, n->slot);
   if (!(w > 0.0))
     return;
-  const double past = past_of(s, n, channel, (double)c.rho, &w);
+  const double past = past_of(s, n, channel, rimi_search_rho(s, &c, n->slot), &w);
   double e = search_residual(s, channel, n->slot);
   if (past > 0.0) {
     n->raw_before[1] = search_raw_prediction(s, n->before, channel);

@@ -303,7 +303,9 @@ void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw);
 /* 1 / sigma(x) of a block: by its prediction, the activity and the disturbance. */
 double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t channel,
                          uint32_t slot);
-/* The same; 0 where the residual is not known. */
+/* Of a block: by its activity. */
+double rimi_search_rho(const rim_search *s, const noise_channel *c, uint32_t slot);
+/* rimi_search_scale(); 0 where the residual is not known. */
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot);
 /* -ln P(q or more) of k effects of a run, 1 <= k <= NOISE_MAX_FIELDS, whose sum of squares in their

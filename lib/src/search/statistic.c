@@ -36,6 +36,10 @@ double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t c
                                (double)search_disturbances(s)[slot] * SEARCH_DISTURBANCE_STEP);
 }
 
+double rimi_search_rho(const rim_search *s, const noise_channel *c, uint32_t slot) {
+  return rimi_noise_rho(c, search_activities(s)[slot] > 0);
+}
+
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot) {
   return search_is_known(s, channel, slot) ? rimi_search_scale(s, c, channel, slot) : 0.0;
@@ -121,8 +125,6 @@ static void combine(const rim_search *s, const noise_channel *c, const double *l
 static void whiten(rim_search *s, const noise_channel *c, const double *l, const double *b,
                    double *mean) {
   const uint32_t k = c->fields, raw_count = s->config.noise->raw;
-  const double rho = (double)c->rho;
-  const double lead = rimi_sqrt(1.0 - rho * rho), after_gap = rimi_noise_gap_weight(rho);
   search_combination to;
   double effect[NOISE_MAX_FIELDS]; /* b in the units of g: L' b */
   double before[NOISE_MAX_FIELDS] = {0.0};
@@ -139,10 +141,11 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
     const uint32_t slot = search_slot(s, i);
     double w = rimi_search_weight(s, c, s->channel, slot);
     const double z = w > 0.0 ? search_residual(s, s->channel, slot) : 0.0;
+    const double rho = rimi_search_rho(s, c, slot);
     const bool alone = !(w_before > 0.0); /* with none before it */
     if (!alone && search_apart(s)[slot] != 0)
-      w *= after_gap;
-    const double own = alone ? w * lead : w, past = alone ? 0.0 : w * rho;
+      w *= rimi_noise_gap_weight(rho);
+    const double own = alone ? w * rimi_sqrt(1.0 - rho * rho) : w, past = alone ? 0.0 : w * rho;
     double raw[NOISE_MAX_RAW];
     rimi_search_raw_fields(s, slot, raw);
     raw[1] = search_raw_prediction(s, slot, s->channel);
@@ -173,13 +176,15 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
  * before the next one: what was new in it followed on a block that nobody knows any more, and is
  * among what taught the run's effects. */
 static void fold(rim_search *s, const noise_channel *c) {
-  const double rho = (double)c->rho;
-  const double lead = rimi_sqrt(1.0 - rho * rho);
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   for (uint32_t i = 0; i < s->held; ++i) {
     /* The newest block, and one beside an unknown one, have no next. */
     const bool last = i + 1u == s->held || !(a0[i] > 0.0f) || !(a0[i + 1u] > 0.0f);
-    const double own = i > 0 && a0[i - 1u] > 0.0f ? 1.0 : i == 0 && s->count > s->held ? 0.0 : lead;
+    const double rho = last ? 0.0 : rimi_search_rho(s, c, search_slot(s, i + 1u));
+    const double kept = rimi_search_rho(s, c, search_slot(s, i));
+    const double own = i > 0 && a0[i - 1u] > 0.0f     ? 1.0
+                       : i == 0 && s->count > s->held ? 0.0
+                                                      : rimi_sqrt(1.0 - kept * kept);
     const double w = (double)a0[i];
     const double next_e = last ? 0.0 : (double)q[i + 1u];
     const double next_w = last ? 0.0 : (double)a0[i + 1u];
