@@ -102,6 +102,10 @@ bool is_angle(const Layout &layout, std::size_t feature) {
   return (layout.command[feature] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
 }
 
+std::uint8_t role_of_outcome(const Layout &layout, std::size_t outcome) {
+  return layout.external ? std::uint8_t{0} : layout.command[layout.outcome_feature[outcome]];
+}
+
 bool is_outcome(const Layout &layout, std::size_t feature) {
   const std::vector<std::uint16_t> &of = layout.outcome_feature;
   return std::find(of.begin(), of.end(), feature) != of.end();

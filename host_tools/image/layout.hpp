@@ -30,6 +30,8 @@ double whole_turn(const Layout &layout, std::size_t feature);
 // Marks a feature with such a unit, whose readings jump by most of a turn, as an angle.
 void mark_angle(Layout *layout, std::size_t feature);
 bool is_angle(const Layout &layout, std::size_t feature);
+// Of an outcome: bits of RIM_SECTION_COMMANDS.
+std::uint8_t role_of_outcome(const Layout &layout, std::size_t outcome);
 // False of commands and context, and of all features in front of own predictions.
 bool is_outcome(const Layout &layout, std::size_t feature);
 

@@ -9,6 +9,7 @@
 
 #include "image/image_writer.hpp"
 #include "stats/single.hpp"
+#include "train/angle_sum.hpp"
 #include "train/behaviour.hpp"
 #include "train/integral.hpp"
 #include "util/parallel_for.hpp"
@@ -140,7 +141,7 @@ double channel_variance(const std::vector<Eigen::VectorXd> &series, std::size_t 
 }
 
 bool is_angle_outcome(const Layout &layout, Eigen::Index outcome) {
-  return is_angle(layout, layout.outcome_feature[static_cast<std::size_t>(outcome)]);
+  return rimi_blocks_turn(role_of_outcome(layout, static_cast<std::size_t>(outcome))) > 0.0;
 }
 
 // The few others that an outcome follows from, and the constant; none where they explain little.
@@ -298,7 +299,9 @@ void drop_first(const BlockRun &run, Eigen::VectorXd *left) {
 class Choice {
 public:
   Choice(const Sources &from, const Agreement &scales, Eigen::Index outcome)
-      : from_(from), a_(scales), j_(outcome), remains_(from.runs.all()) {}
+      : from_(from), a_(scales), j_(outcome),
+        role_(role_of_outcome(from.layout, static_cast<std::size_t>(outcome))),
+        remains_(from.runs.all()) {}
 
   // Nothing of the others.
   void start_from_behaviour() {
@@ -310,6 +313,8 @@ public:
   void try_residuals();
   // A few others' readings.
   void try_few(Across across);
+  // Other angles.
+  void try_angles(std::optional<Eigen::Index> without = std::nullopt);
   // Section LEVEL.
   void try_level() {
     const double part = level_remains(from_.runs, from_.level, from_.residual, j_, &remains_);
@@ -385,6 +390,8 @@ private:
   void take_integral(const std::vector<Integral> &plain);
   void take(int which, double of_behaviour) {
     source = which;
+    for (Eigen::VectorXd &run : remains_)
+      run = wrapped(run, role_);
     error = of_behaviour;
     variance = offset_variance(remains_, from_.runs.size());
     of_channel = channel_variance(remains_, from_.runs.size());
@@ -393,6 +400,7 @@ private:
   const Sources &from_;
   const Agreement &a_;
   Eigen::Index j_;
+  std::uint8_t role_;
   std::vector<Eigen::VectorXd> remains_, integrated_;
 };
 
@@ -447,6 +455,30 @@ void Choice::try_few(Across across) {
     return;
   few = in_image.weight;
   intercept = in_image.intercept;
+  take(AGREEMENT_FEW, of_behaviour);
+}
+
+void Choice::try_angles(std::optional<Eigen::Index> without) {
+  const std::optional<AngleSum> sum = angle_sum(from_.layout, from_.runs, j_, without);
+  if (!sum)
+    return;
+  double left = 0.0, own = 0.0;
+  for (std::size_t r = 0; r < remains_.size(); ++r) {
+    const Matrix &outcome = from_.runs[r].outcome;
+    remains_[r] =
+        wrapped(outcome.col(j_) - outcome * sum->weight -
+                    Eigen::VectorXd::Constant(outcome.rows(), sum->constant[from_.runs.fold(r)]),
+                role_);
+    if (r >= from_.runs.size())
+      continue;
+    left += remains_[r].squaredNorm();
+    own += from_.residual[r].col(j_).squaredNorm();
+  }
+  const double of_behaviour = std::sqrt(left / std::max(own, 1e-300));
+  if (!wins(Across::all_blocks, of_behaviour))
+    return;
+  few = sum->weight;
+  intercept = sum->constant[kFolds];
   take(AGREEMENT_FEW, of_behaviour);
 }
 
@@ -540,7 +572,9 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
     if (o > 1 && has_integrands)
       choice->try_few(across);
   }
-  if (!sources.level.empty() && !is_angle_outcome(sources.layout, j))
+  if (is_angle_outcome(sources.layout, j))
+    choice->try_angles();
+  else if (!sources.level.empty())
     choice->try_level();
   // Where one other reading says the same, the two are compared with each other.
   if (sources.products.paired > 0 && !is_angle_outcome(sources.layout, j) &&
@@ -557,7 +591,7 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
 }
 
 // Of two that follow from each other alone, both say the same: the second is free to say what moves
-// it, or what it moves.
+// it, or what it moves; or, an angle, which others it is the sum of.
 void free_twins(const Sources &sources, const Agreement &a,
                 std::vector<std::unique_ptr<Choice>> *choices) {
   for (std::size_t j = 0; j < choices->size(); ++j) {
@@ -566,10 +600,13 @@ void free_twins(const Sources &sources, const Agreement &a,
       continue;
     auto other = std::make_unique<Choice>(sources, a, static_cast<Eigen::Index>(j));
     other->start_from_behaviour();
+    if (is_angle_outcome(sources.layout, static_cast<Eigen::Index>(j)))
+      other->try_angles(static_cast<Eigen::Index>(twin));
     other->try_integral();
-    if (other->source != AGREEMENT_INTEGRAL || !other->integrates)
+    if (other->source == AGREEMENT_RESIDUALS ||
+        (other->source == AGREEMENT_INTEGRAL && !other->integrates))
       other->try_into(static_cast<Eigen::Index>(twin));
-    if (other->source == AGREEMENT_INTO ||
+    if (other->source == AGREEMENT_INTO || other->source == AGREEMENT_FEW ||
         (other->source == AGREEMENT_INTEGRAL && other->integrates))
       (*choices)[j] = std::move(other);
   }

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "stats/single.hpp"
+#include "train/angle_sum.hpp"
 #include "train/choose_models.hpp"
 #include "train/fitter.hpp"
 #include "train/leave_out.hpp"
@@ -155,10 +156,12 @@ std::vector<Matrix> predict_runs(const Fitter &fitter, std::vector<FoldModels> *
 }
 
 // What a target's models say of every run that they have not seen.
-void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<Matrix> &by_weights,
-                  const FoldModels &of_folds, std::size_t t, Behaviour *b) {
+void judge_target(const Fitter &fitter, const Layout &layout, const RunStore &runs,
+                  const std::vector<Matrix> &by_weights, const FoldModels &of_folds, std::size_t t,
+                  Behaviour *b) {
   TargetModel &model = b->targets[t];
   const std::size_t outcomes = b->targets.size() / 2;
+  const std::uint8_t role = t < outcomes ? role_of_outcome(layout, t) : std::uint8_t{0};
   const auto i = static_cast<Eigen::Index>(t % outcomes);
   double squares = 0.0, spread = 0.0, n = 0.0;
   for (std::size_t r = 0; r < runs.all(); ++r) {
@@ -167,7 +170,7 @@ void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<
     if (model.initial)
       p.array() += runs[r].first[i];
     const Eigen::VectorXd y = t < outcomes ? runs[r].outcome.col(i) : runs[r].scatter.col(i);
-    const Eigen::VectorXd e = y - p;
+    const Eigen::VectorXd e = wrapped(y - p, role);
     if (t < outcomes) {
       b->predicted[r].col(i) = p;
       b->residual[r].col(i) = e;
@@ -177,7 +180,8 @@ void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<
     if (r >= runs.size())
       continue;
     squares += e.squaredNorm();
-    spread += (y.array() - fitter.mean()[static_cast<Eigen::Index>(t)]).square().sum();
+    const double mean = fitter.mean()[static_cast<Eigen::Index>(t)];
+    spread += wrapped(y.array() - mean, role).squaredNorm();
     n += static_cast<double>(y.size());
   }
   model.weight = of_folds.weight[kFolds];
@@ -205,8 +209,9 @@ Behaviour fit_targets(const Fitter &fitter, const Basis &basis, const Layout &la
     for (auto *matrices : {&b.predicted, &b.residual, &b.scatter})
       matrices->emplace_back(runs[r].blocks(), static_cast<Eigen::Index>(outcomes));
   }
-  parallel_for(2 * outcomes,
-               [&](std::size_t t) { judge_target(fitter, runs, by_weights, models[t], t, &b); });
+  parallel_for(2 * outcomes, [&](std::size_t t) {
+    judge_target(fitter, layout, runs, by_weights, models[t], t, &b);
+  });
   return b;
 }
 

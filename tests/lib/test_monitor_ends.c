@@ -302,6 +302,36 @@ static void a_level_is_used(void **state) {
   assert_true(less.block > more.block);
 }
 
+/* A vane goes round and round, and its model says 0: it is never off by more than half a turn. */
+static void an_angle_is_off_by_the_shorter_way(void **state) {
+  (void)state;
+  recipe r = calibrated[0];
+  r.section[RIM_SECTION_COMMANDS].byte[sensor(1)] |= BLOCKS_ANGLE_RAD;
+  put_f32(r.section[RIM_SECTION_FEATURES].byte + 4 * sensor(1), -RIM_PI);
+  put_f32(r.section[RIM_SECTION_FEATURES].byte + 4 * (D + sensor(1)), RIM_PI);
+  make_bench_of(&b, &r, false);
+  const double turn = 2.0 * RIM_PI, *measured = rimi_blocks_outcomes(b.monitor->rows);
+  double most = 0.0;
+  for (uint32_t t = 0; t < 40 * BLOCK; ++t) {
+    row now;
+    rim_verdict v;
+    make_row(&now, false, 915, t, 0.0);
+    now.context[sensor(1)] = remainder(0.31 * t, turn);
+    assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
+    if (t % BLOCK != BLOCK - 1 || t < 3 * BLOCK) /* a run's first blocks begin it */
+      continue;
+    most = fmax(most, measured[1]);
+    const double *of_kind[] = {b.monitor->residual,
+                               b.monitor->residual + RIM_CHANNEL_AGREEMENT * O};
+    for (size_t k = 0; k < 2; ++k) {
+      assert_true(fabs(of_kind[k][1]) <= RIM_PI);
+      assert_true(fabs(of_kind[k][1] - remainder(measured[1], turn)) < 1e-6);
+      assert_true(fabs(of_kind[k][0]) < 1.0); /* no angle */
+    }
+  }
+  assert_true(most > 7.0 * turn);
+}
+
 /* Agreement of outcome 1 with products of readings: section QUADRATIC is used, and must fit. */
 static void products_are_used(void **state) {
   (void)state;
@@ -692,6 +722,7 @@ int main(void) {
       cmocka_unit_test(everything_is_looked_at_at_once),
       cmocka_unit_test(copies_with_spoilt_parts),
       cmocka_unit_test(a_level_is_used),
+      cmocka_unit_test(an_angle_is_off_by_the_shorter_way),
       cmocka_unit_test(products_are_used),
       cmocka_unit_test(a_level_says_nothing_beyond_its_training),
       cmocka_unit_test(a_region_over_an_outcome),

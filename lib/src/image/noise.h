@@ -7,8 +7,8 @@
  * n_i = rho(x_i) n_(i-1) + sigma(x_i) a_i, with a_i of standard deviation s. The
  * scale is that of what is new in a block: an error that arose in a manoeuvre stays, where the
  * outcome keeps it, as it was after the manoeuvre. rho has two values: where predictions move more
- * than is usual, a model errs for as long as a manoeuvre lasts; elsewhere there is little beside the
- * sensors' noise, which is new in every block.
+ * than is usual, a model errs for as long as a manoeuvre lasts; elsewhere there is little beside
+ * the sensors' noise, which is new in every block.
  * The fields are combinations of R raw ones: 1, the prediction p, a trend, a decay, and the means
  * of the commands. The trend is the time, bending as the sums of section AGREEMENT do: (1 - exp(-t
  * / trend_s)) trend_s / run_s.

@@ -331,6 +331,17 @@ static void take_outcomes(blocks *b, const double *context, const double *outcom
     ++b->recent;
 }
 
+double rimi_blocks_turn(uint8_t role) {
+  return (role & BLOCKS_ANGLE_RAD) != 0   ? 2.0 * RIM_PI
+         : (role & BLOCKS_ANGLE_DEG) != 0 ? 360.0
+                                          : 0.0;
+}
+
+double rimi_blocks_wrapped(double x, uint8_t role) {
+  const double whole = rimi_blocks_turn(role);
+  return whole > 0.0 ? x - whole * rimi_floor(x / whole + 0.5) : x;
+}
+
 static double in_radians(uint8_t role, double angle) {
   return angle * ((role & BLOCKS_ANGLE_DEG) != 0 ? RIM_PI / 180.0 : 1.0);
 }
@@ -644,11 +655,8 @@ static void evaluate_terms(blocks *b) {
 }
 
 static void wrap_angles(blocks *b) {
-  for (size_t f = 0; f < b->config.features; ++f) {
-    const double whole = blocks_whole_turn(b, f);
-    if (whole > 0.0)
-      SUM(b)[f] -= whole * rimi_floor(SUM(b)[f] / whole + 0.5);
-  }
+  for (size_t f = 0; f < b->config.features; ++f)
+    SUM(b)[f] = rimi_blocks_wrapped(SUM(b)[f], b->config.role[f]);
 }
 
 static void end_block(blocks *b) {

@@ -27,6 +27,11 @@
 /* Bits of RIM_SECTION_COMMANDS, one byte per feature. */
 enum { BLOCKS_COMMAND = 1, BLOCKS_ANGLE_RAD = 2, BLOCKS_ANGLE_DEG = 4 };
 
+/* A whole turn of an angle, in its unit; 0 of anything else. */
+double rimi_blocks_turn(uint8_t role);
+/* An angle within half a turn of 0; anything else as it is. */
+double rimi_blocks_wrapped(double x, uint8_t role);
+
 /* The inputs of section LEVEL: a block's context, an angle as its cosine, and after all features
  * the angles' sines. Returns how many there are, for which x has room; with context NULL they are
  * only counted. O(features). */

@@ -148,10 +148,7 @@ static inline uint16_t *blocks_unknown_term(const blocks *b) {
 }
 
 static inline double blocks_whole_turn(const blocks *b, size_t f) {
-  const uint8_t role = b->config.role[f];
-  return (role & BLOCKS_ANGLE_RAD) != 0   ? 2.0 * RIM_PI
-         : (role & BLOCKS_ANGLE_DEG) != 0 ? 360.0
-                                          : 0.0;
+  return rimi_blocks_turn(b->config.role[f]);
 }
 
 static inline double blocks_trained_width(const blocks *b, size_t f) {

@@ -31,6 +31,17 @@ static void correct(const rim_monitor *m, const double *context, double *mean) {
     (void)rimi_correct_mean(&m->models.correct, context, mean, mean);
 }
 
+/* A vane that turns through north, or a course while nothing moves, gains a whole turn that no
+ * model knows of: an angle is as far off as the shorter way round. */
+static void wrap_angles(const rim_monitor *m, double *residual) {
+  const uint8_t *role = rimi_blocks_roles(m->rows);
+  for (uint32_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o) {
+    const uint16_t f = rimi_blocks_outcome_feature(m->rows, o);
+    if (f != BLOCKS_NO_FEATURE)
+      residual[o] = rimi_blocks_wrapped(residual[o], role[f]);
+  }
+}
+
 /* Predictions and the residuals of the kinds BEHAVIOUR, SCATTER and REPEAT. */
 static void predict(rim_monitor *m) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
@@ -50,6 +61,7 @@ static void predict(rim_monitor *m) {
     scatter[o] = rimi_blocks_scatter(m->rows)[o] - m->predicted[outcomes + o];
     m->residual[RIM_CHANNEL_REPEAT * outcomes + o] = rimi_blocks_repeats(m->rows)[o];
   }
+  wrap_angles(m, m->residual);
 }
 
 /* What sections LEVEL and QUADRATIC see of the block; false: the image has neither. */
@@ -88,6 +100,7 @@ static bool agree(rim_monitor *m, bool is_next) {
                                  .follows = is_next};
   rimi_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
                           m->residual + RIM_CHANNEL_AGREEMENT * outcomes, m->predicted + outcomes);
+  wrap_angles(m, m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
   return extrapolation > RIM_NOMINAL_BELIEVED;
 }
 
