@@ -245,6 +245,50 @@ static void what_deviates_at_other_times_is_not_named(void **state) {
   assert_int_equal(named(AGREEMENT + OTHER, &a), AGREEMENT + OTHER);
 }
 
+static double off_by; /* the agreement of IN */
+
+static double agreements_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  if (i < 40)
+    return 0.0;
+  return channel == AGREEMENT + OTHER || channel == OTHER ? 3.0
+         : channel == AGREEMENT + IN                      ? off_by
+                                                          : 0.0;
+}
+
+/* Two readings disagree, and the agreement of OTHER has the larger score. Where no command says
+ * that it is the one, it is the one whose agreement is farther off in its own noise. */
+static void what_is_farthest_off_is_named(void **state) {
+  (void)state;
+  static const uint16_t by_commands[O] = {NONE, NONE, NONE, NONE};
+  const uint16_t leading = AGREEMENT + OTHER, other = AGREEMENT + IN;
+  const struct {
+    bool silent;     /* the commands say nothing of OTHER */
+    double off, rho; /* of the agreement of IN */
+    double score;    /* over that of the leading one */
+    uint16_t named;
+  } of[] = {
+      {true, 3.2, 0.0, 0.5, other},    {true, -3.2, 0.0, 0.5, other},
+      {true, 3.2, 0.0, 0.11, other},   {true, 3.2, 0.0, 0.09, leading}, /* it agrees */
+      {true, 3.01, 0.0, 0.5, leading},                                  /* by hardly more */
+      {true, 2.0, 0.0, 0.5, leading},  {true, 3.2, 0.6, 0.5, leading},  /* its noise is larger */
+      {false, 3.2, 0.0, 0.5, leading}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    recipe r = rolled(by_commands);
+    if (of[i].silent)
+      put_noise_number(&r, OTHER, 0, 0.0);
+    put_noise_number(&r, other, 2, of[i].rho);
+    from(&r, false);
+    off_by = of[i].off;
+    feed(agreements_since_40, 0.05);
+    const finding found[] = {{leading,
+                              10.0,
+                              {{other, 10.0 * of[i].score, 40}, {AGREEMENT + OUT, 1.05, 40}},
+                              of[i].named}};
+    NAME_EACH(found);
+  }
+}
+
 /* ---- two that read the same, and what integrates one of them ---- */
 
 enum { TWIN = 1, PLACE = 2, A_FIRST = AGREEMENT, A_TWIN = AGREEMENT + TWIN };
@@ -699,6 +743,7 @@ int main(void) {
       cmocka_unit_test(what_deviates_together_is_named),
       cmocka_unit_test(what_the_commands_deny_is_not_named),
       cmocka_unit_test(what_deviates_at_other_times_is_not_named),
+      cmocka_unit_test(what_is_farthest_off_is_named),
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
       cmocka_unit_test(a_sum_tells_of_its_own_outcome),
       cmocka_unit_test(the_difference_tells_the_error),

@@ -15,6 +15,7 @@
 #define UPSTREAM 0.2  /* of the leading score, from which on what feeds an outcome is the cause */
 #define DISAGREES 0.1 /* of the leading agreement's score: another reading disagrees with it */
 #define SPEAKS 3.0    /* nats from which on behaviour speaks for a shift, or against it */
+#define PLAINER 1.02  /* of the standard deviations by which the leading agreement is off */
 
 bool rimi_cause_is_gain(const search_hypothesis *h) {
   return h->family == SEARCH_GAIN || h->shape == SEARCH_PROPORTIONAL;
@@ -364,6 +365,66 @@ static uint16_t other_reading(const rim_monitor *m, uint16_t leading) {
   return next;
 }
 
+/* By how many standard deviations of its noise in a block an agreement is off where and since when
+ * the leading one is. */
+static double off_as(const rim_monitor *m, uint16_t c, uint16_t leading) {
+  const noise_channel n = rimi_noise_channel(&m->models.noise, c);
+  const double rho = rimi_noise_rho(&n, false);
+  search_hypothesis same = *rimi_search_best(m->search, leading);
+  if (rimi_cause_is_gain(&same) || same.family == SEARCH_FIELD)
+    same = (search_hypothesis){.family = SEARCH_SINCE,
+                               .onset = same.onset != SEARCH_FROM_START
+                                            ? same.onset
+                                            : rimi_search_first_inside(m->search, &same)};
+  if (!rimi_search_evaluate_channel(m->search, c, &same))
+    return 0.0;
+  return rimi_abs((double)same.shift) * rimi_sqrt(1.0 - rho * rho);
+}
+
+/* Neither a sum nor a twin's difference, of which others tell which is wrong. */
+static bool follows_from_several(const rim_monitor *m, uint32_t outcome) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  return rimi_agreement_integral(&m->models.agreement, outcome) >= outcomes &&
+         rimi_agreement_twin(&m->models.agreement, outcome, NULL) >= outcomes;
+}
+
+/* Readings that say nearly the same, and no command that tells which is wrong: an error of one
+ * shows in the agreements of all that are predicted from it, and what runs differ by decides which
+ * of them has the largest score. Where noise is normal and an agreement the regression on all
+ * others, the wrong one is off by most of its own standard deviations: an error of reading j puts
+ * P_ij / P_ii into agreement i, of standard deviation 1 / sqrt(P_ii), and P_ij^2 <= P_ii P_jj of a
+ * precision matrix P. */
+static uint16_t farthest_off(const rim_monitor *m, uint16_t leading) {
+  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  uint16_t with[CAUSE_COMPARED] = {leading}, best = leading;
+  uint32_t count = 1;
+  for (; count < CAUSE_COMPARED; ++count) {
+    double most = DISAGREES * rimi_cause_score(m, leading);
+    with[count] = leading;
+    for (uint16_t j = 0; j < outcomes; ++j) {
+      const uint16_t c = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + j);
+      bool is_new = follows_from_several(m, j);
+      for (uint32_t i = 0; i < count; ++i)
+        is_new = is_new && with[i] != c;
+      if (is_new && rimi_cause_score(m, c) > most) {
+        most = rimi_cause_score(m, c);
+        with[count] = c;
+      }
+    }
+    if (with[count] == leading)
+      break;
+  }
+  double off = PLAINER * off_as(m, leading, leading);
+  for (uint32_t i = 1; i < count; ++i) {
+    const double of_other = off_as(m, with[i], leading);
+    if (of_other > off) {
+      off = of_other;
+      best = with[i];
+    }
+  }
+  return best;
+}
+
 /* Two sensors disagree: their agreements deviate together, and the larger score need not be that of
  * the sensor that is off. One of them is. Where the commands deny that it is the leading one, it is
  * one of which they say so themselves; where there is none, the next agreement, unless they deny
@@ -375,7 +436,9 @@ static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
     return leading;
   const double is_leading = confirmed(m, leading);
   if (is_leading > -SPEAKS)
-    return leading;
+    return is_leading < SPEAKS && follows_from_several(m, leading % outcomes)
+               ? farthest_off(m, leading)
+               : leading;
   const uint16_t said =
       next_behaviour(m, leading, (double)m->models.threshold.alarm_score, DBL_MAX);
   if (said != leading && deviates_too(m, leading, said))

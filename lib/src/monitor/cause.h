@@ -8,6 +8,7 @@
 
 #define CAUSE_TOGETHER 3u /* behaviour channels asked whether they deviate with an agreement */
 #define CAUSE_READINGS 6u /* passes over the ring to tell which of two readings is off */
+#define CAUSE_COMPARED 4u /* agreements of which the one that is farthest off is named, at most */
 #define CAUSE_SUMS 4u     /* that are asked about the bias of one of two sensors, at most */
 
 double rimi_cause_score(const rim_monitor *m, uint16_t channel); /* the best that it has found */

@@ -179,7 +179,7 @@ static double trained_judge(const rim_work_counts *n) {
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
   const double twins = n->integrands > 0 ? 2.0 * CAUSE_SUMS + 1.0 : 0.0;
   return explain + since + contrary + rate +
-         (2.0 * causes + CAUSE_TOGETHER + CAUSE_READINGS + 1.0 + twins) *
+         (2.0 * causes + CAUSE_TOGETHER + CAUSE_READINGS + CAUSE_COMPARED + 1.0 + twins) *
              (ready_work(n) + pass(n, 0.0)) +
          (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;
 }
