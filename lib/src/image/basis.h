@@ -175,7 +175,8 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
  *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
  * LEVEL, QUADRATIC: the outcome less its prediction by the section of that name; no weights.
  * FEW: the outcome less the intercept and a weighted sum of a few others, all in their units: what
- *   one sensor says of another holds wherever the vehicle goes.
+ *   one sensor says of another holds wherever the vehicle goes. Of an angle the weights are 1 or
+ *   -1, and what remains is taken by the shorter way round.
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
  *   block before less the intercept and G weights times the integrands over that time, summed over
  *   the run.
