@@ -365,20 +365,11 @@ static uint16_t other_reading(const rim_monitor *m, uint16_t leading) {
   return next;
 }
 
-/* By how many standard deviations of its noise in a block an agreement is off where and since when
- * the leading one is. */
-static double off_as(const rim_monitor *m, uint16_t c, uint16_t leading) {
+/* By how many standard deviations of its noise in a block an agreement is off, by this shift. */
+static double off_by(const rim_monitor *m, uint16_t c, const search_hypothesis *h) {
   const noise_channel n = rimi_noise_channel(&m->models.noise, c);
   const double rho = rimi_noise_rho(&n, false);
-  search_hypothesis same = *rimi_search_best(m->search, leading);
-  if (rimi_cause_is_gain(&same) || same.family == SEARCH_FIELD)
-    same = (search_hypothesis){.family = SEARCH_SINCE,
-                               .onset = same.onset != SEARCH_FROM_START
-                                            ? same.onset
-                                            : rimi_search_first_inside(m->search, &same)};
-  if (!rimi_search_evaluate_channel(m->search, c, &same))
-    return 0.0;
-  return rimi_abs((double)same.shift) * rimi_sqrt(1.0 - rho * rho);
+  return rimi_abs((double)h->shift) * rimi_sqrt(1.0 - rho * rho);
 }
 
 /* Neither a sum nor a twin's difference, of which others tell which is wrong. */
@@ -386,6 +377,12 @@ static bool follows_from_several(const rim_monitor *m, uint32_t outcome) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   return rimi_agreement_integral(&m->models.agreement, outcome) >= outcomes &&
          rimi_agreement_twin(&m->models.agreement, outcome, NULL) >= outcomes;
+}
+
+/* No gain, and not what runs differ by: what other agreements show there and then compares. */
+static bool has_shift(const rim_monitor *m, uint16_t channel) {
+  const search_hypothesis *h = rimi_search_best(m->search, channel);
+  return !rimi_cause_is_gain(h) && h->family != SEARCH_FIELD;
 }
 
 /* Readings that say nearly the same, and no command that tells which is wrong: an error of one
@@ -414,11 +411,12 @@ static uint16_t farthest_off(const rim_monitor *m, uint16_t leading) {
     if (with[count] == leading)
       break;
   }
-  double off = PLAINER * off_as(m, leading, leading);
+  double off = PLAINER * off_by(m, leading, rimi_search_best(m->search, leading));
   for (uint32_t i = 1; i < count; ++i) {
-    const double of_other = off_as(m, with[i], leading);
-    if (of_other > off) {
-      off = of_other;
+    search_hypothesis same = *rimi_search_best(m->search, leading);
+    if (rimi_search_evaluate_channel(m->search, with[i], &same) &&
+        off_by(m, with[i], &same) > off) {
+      off = off_by(m, with[i], &same);
       best = with[i];
     }
   }
@@ -434,11 +432,10 @@ static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
   if (rimi_agreement_integral(&m->models.agreement, leading % outcomes) < outcomes ||
       rimi_cause_score(m, leading % outcomes) >= SPEAKS)
     return leading;
-  const double is_leading = confirmed(m, leading);
+  const bool compares = has_shift(m, leading) && follows_from_several(m, leading % outcomes);
+  const double is_leading = confirmed(m, leading); /* which judging it may renew */
   if (is_leading > -SPEAKS)
-    return is_leading < SPEAKS && follows_from_several(m, leading % outcomes)
-               ? farthest_off(m, leading)
-               : leading;
+    return is_leading < SPEAKS && compares ? farthest_off(m, leading) : leading;
   const uint16_t said =
       next_behaviour(m, leading, (double)m->models.threshold.alarm_score, DBL_MAX);
   if (said != leading && deviates_too(m, leading, said))
