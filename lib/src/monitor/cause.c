@@ -385,7 +385,7 @@ static bool has_shift(const rim_monitor *m, uint16_t channel) {
   return !rimi_cause_is_gain(h) && h->family != SEARCH_FIELD;
 }
 
-/* Readings that say nearly the same, and no command that tells which is wrong: an error of one
+/* For readings that say nearly the same, where no command tells which is wrong. An error of one
  * shows in the agreements of all that are predicted from it, and what runs differ by decides which
  * of them has the largest score. Where noise is normal and an agreement the regression on all
  * others, the wrong one is off by most of its own standard deviations: an error of reading j puts
@@ -411,12 +411,15 @@ static uint16_t farthest_off(const rim_monitor *m, uint16_t leading) {
     if (with[count] == leading)
       break;
   }
-  double off = PLAINER * off_by(m, leading, rimi_search_best(m->search, leading));
+  const search_hypothesis where = *rimi_search_best(m->search, leading);
+  double most_off = PLAINER * off_by(m, leading, &where);
   for (uint32_t i = 1; i < count; ++i) {
-    search_hypothesis same = *rimi_search_best(m->search, leading);
-    if (rimi_search_evaluate_channel(m->search, with[i], &same) &&
-        off_by(m, with[i], &same) > off) {
-      off = off_by(m, with[i], &same);
+    search_hypothesis same = where;
+    if (!rimi_search_evaluate_channel(m->search, with[i], &same))
+      continue;
+    const double off = off_by(m, with[i], &same);
+    if (off > most_off) {
+      most_off = off;
       best = with[i];
     }
   }
